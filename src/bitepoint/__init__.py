@@ -1,0 +1,1 @@
+"""Bitepoint: an open bench for vehicle launch and driveline torque control."""

@@ -1,0 +1,285 @@
+"""The compiled life: kernel source through Numba to machine code, kept in a content-keyed cache.
+
+Numba's own disk cache watches only the file that a kernel stands in, and misses a changed callee. Here the key is a
+hash of one self-contained text (the kernel, all that it calls, its constants and record layouts) with the versions of
+the compilers and the processor; its value is the object code. A warm start loads that and never imports Numba.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import sys
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding as llvm
+import numpy as np
+
+from bitepoint.cache import cache_folder, write_atomically
+from bitepoint.kernels.kernel import Kernel, Parameter
+from bitepoint.records import Field, Record
+
+_OPTIONS = 'error_model="numpy"'  # a division by zero gives inf or NaN, as in C
+
+
+@cache
+def compiled_entry(kernel: Kernel[..., Any]) -> int:
+    """Return the address of the machine code that runs `kernel` over a batch of lanes, compiled if need be."""
+    text = program(kernel)
+    path = object_file(kernel.name, text)
+    if not path.exists():
+        _announce()
+        from bitepoint.kernels.subset import check
+
+        check(kernel)
+        write_atomically(path.with_suffix(".py"), text.encode())
+        write_atomically(path, _compile(text, path.with_suffix(".py")))
+    return _load(path)
+
+
+def is_compiled(kernel: Kernel[..., Any]) -> bool:
+    """Return whether the machine code is in the cache already."""
+    return object_file(kernel.name, program(kernel)).exists()
+
+
+def object_file(name: str, text: str) -> Path:
+    """Return where the machine code of the program `text` is kept."""
+    key = hashlib.sha256("\0".join([text, *_toolchain()]).encode()).hexdigest()[:20]
+    return cache_folder() / "kernels" / f"{name}-{key}.o"
+
+
+@cache
+def _toolchain() -> tuple[str, ...]:
+    from importlib.metadata import version
+
+    features = llvm.get_host_cpu_features().flatten()
+    versions = version("numba"), version("llvmlite"), np.__version__, sys.version
+    return *versions, llvm.get_host_cpu_name(), features
+
+
+@cache
+def _announce() -> None:
+    message = "bitepoint: compiling kernels for this machine; done once, later starts take them from the cache"
+    print(message, file=sys.stderr, flush=True)
+
+
+def program(kernel: Kernel[..., Any]) -> str:
+    """Return one self-contained module: constants, callees before callers, and the batch entry."""
+    parts: dict[str, str] = {}
+    for member in _closure(kernel, ()):
+        for name, value in _constants(member):
+            _define(member, parts, name, f"{name} = {value!r}\n")
+        for alias, callee in member.callees.items():
+            if alias != callee.name:
+                _define(member, parts, alias, f"{alias} = {callee.name}\n")
+        _define(member, parts, member.name, f"@njit({_OPTIONS})\n{member.source.text}\n")
+    return "\n".join([HEADER, *parts.values(), *_entry_text(kernel)])
+
+
+def _closure(kernel: Kernel[..., Any], callers: tuple[Kernel[..., Any], ...]) -> Iterator[Kernel[..., Any]]:
+    if kernel in callers:
+        raise kernel.source.fail(kernel.source.node, f"{kernel.name} calls itself", "write a loop: there is no stack")
+    for callee in kernel.callees.values():
+        yield from _closure(callee, (*callers, kernel))
+    yield kernel
+
+
+def _constants(kernel: Kernel[..., Any]) -> Iterator[tuple[str, float]]:
+    for name in kernel.source.free_names:
+        value = kernel.source.namespace.get(name)
+        if isinstance(value, bool | int | float):
+            yield name, value
+
+
+def _define(kernel: Kernel[..., Any], parts: dict[str, str], name: str, text: str) -> None:
+    if parts.setdefault(name, text) != text:
+        problem = f"two different things called {name} meet in {kernel.name}"
+        raise kernel.source.fail(kernel.source.node, problem, "give one of them another name")
+
+
+def _entry_text(kernel: Kernel[..., Any]) -> Iterator[str]:
+    """Yield the casts of the parameters and the loop over lanes."""
+    arguments: list[str] = []
+    for k, parameter in enumerate(kernel.parameters):
+        place = f"arguments[{k}] + lane * steps[{k}]"
+        if parameter.record is not None:
+            yield f"_record_{k} = record_at(np.dtype({_dtype_text(parameter.record)}, align=True))"
+        arguments.append(_argument_text(parameter, k, place))
+    call = f"{kernel.name}({', '.join(arguments)})"
+    if kernel.result != "none":
+        last = len(kernel.parameters)
+        store = "store_float" if kernel.result == "float" else "store_int"
+        call = f"{store}(arguments[{last}] + lane * steps[{last}], {call})"
+    yield f"""
+@cfunc(types.void(types.CPointer(types.intp), types.CPointer(types.intp), types.intp), {_OPTIONS})
+def entry(arguments, steps, lanes):
+    for lane in range(lanes):
+        {call}
+"""
+
+
+def _argument_text(parameter: Parameter, k: int, place: str) -> str:
+    casts = {"record": f"_record_{k}", "float": "load_float", "int": "load_int"}
+    return f"{casts.get(parameter.kind, parameter.kind + '_at')}({place})"
+
+
+def _dtype_text(record: type[Record]) -> str:
+    return "[" + ", ".join(_field_text(field) for field in record.fields.values()) + "]"
+
+
+def _field_text(field: Field) -> str:
+    if field.record is not None:
+        return f"({field.name!r}, np.dtype({_dtype_text(field.record)}, align=True))"
+    kind = "f8" if field.kind == "float" else "i8"
+    return f"({field.name!r}, {kind!r}, {field.shape!r})"
+
+
+def _compile(text: str, file: Path) -> bytes:
+    """Return the object code of `text`, whose only outside symbols are libm's."""
+    namespace: dict[str, Any] = {"__name__": file.stem}
+    exec(compile(text, str(file), "exec"), namespace)
+    entry: Any = namespace["entry"]
+    intermediate = entry.inspect_llvm().replace(entry.native_name, "bitepoint_entry")
+    module = llvm.parse_assembly(intermediate)
+    return _machine().emit_object(module)
+
+
+@cache
+def _machine() -> Any:
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    target = llvm.Target.from_default_triple()
+    features = llvm.get_host_cpu_features().flatten()
+    options: dict[str, Any] = {"cpu": llvm.get_host_cpu_name(), "features": features, "opt": 3, "jit": True}
+    return target.create_target_machine(**options, reloc="default", codemodel="jitdefault")
+
+
+_engines: list[Any] = []
+
+
+def _load(path: Path) -> int:
+    """Link the object code into this process and return the address of its entry."""
+    _define_unreachable()
+    engine: Any = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
+    engine.add_object_file(llvm.ObjectFileRef.from_data(path.read_bytes()))
+    engine.finalize_object()
+    _engines.append(engine)  # the code lives as long as its engine
+    return engine.get_function_address("bitepoint_entry")
+
+
+@cache
+def _define_unreachable() -> None:
+    """Give the symbols of Numba's error path an address: kernels cannot raise, so it is never taken."""
+    abort = ctypes.cast(ctypes.CDLL(None).abort, ctypes.c_void_p).value
+    for symbol in ("numba_gil_ensure", "numba_gil_release"):
+        if not llvm.address_of_symbol(symbol):
+            llvm.add_symbol(symbol, abort)
+
+
+HEADER = '''\
+"""Generated by bitepoint from kernel sources; the object file of the same name is what it compiles to."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from llvmlite import ir
+from numba import carray, cfunc, from_dtype, njit, types
+from numba.extending import intrinsic
+
+
+def pointer_to(builder, address, kind):
+    return builder.inttoptr(address, kind.as_pointer())
+
+
+def record_at(dtype):
+    @intrinsic
+    def cast(typing_context, address):
+        record = from_dtype(dtype)
+
+        def codegen(context, builder, signature, args):
+            return builder.inttoptr(args[0], context.get_value_type(record))
+
+        return record(types.intp), codegen
+
+    return cast
+
+
+def loader(kind, llvm_kind):
+    @intrinsic
+    def load(typing_context, address):
+        def codegen(context, builder, signature, args):
+            return builder.load(pointer_to(builder, args[0], llvm_kind))
+
+        return kind(types.intp), codegen
+
+    return load
+
+
+def storer(kind, llvm_kind):
+    @intrinsic
+    def store(typing_context, address, value):
+        def codegen(context, builder, signature, args):
+            value = context.cast(builder, args[1], signature.args[1], kind)
+            builder.store(value, pointer_to(builder, args[0], llvm_kind))
+            return context.get_dummy_value()
+
+        return types.void(types.intp, value), codegen
+
+    return store
+
+
+def vector_at(kind):
+    @intrinsic
+    def cast(typing_context, address):
+        def codegen(context, builder, signature, args):
+            return builder.inttoptr(args[0], context.get_value_type(types.CPointer(kind)))
+
+        return types.CPointer(kind)(types.intp), codegen
+
+    return cast
+
+
+load_float, store_float = loader(types.float64, ir.DoubleType()), storer(types.float64, ir.DoubleType())
+load_int, store_int = loader(types.int64, ir.IntType(64)), storer(types.int64, ir.IntType(64))
+float_pointer, int_pointer = vector_at(types.float64), vector_at(types.int64)
+UNBOUNDED = 1 << 40
+
+
+@njit(error_model="numpy")
+def floats_at(address):
+    return carray(float_pointer(address), (UNBOUNDED,))
+
+
+@njit(error_model="numpy")
+def ints_at(address):
+    return carray(int_pointer(address), (UNBOUNDED,))
+
+
+@intrinsic
+def invoke(typing_context, entry, arguments, steps, lanes):
+    def codegen(context, builder, signature, args):
+        word = ir.IntType(64)
+        function = ir.FunctionType(ir.VoidType(), [word, word, word])
+        builder.call(pointer_to(builder, args[0], function), args[1:])
+        return context.get_dummy_value()
+
+    return types.void(types.intp, types.intp, types.intp, types.intp), codegen
+
+
+@njit(error_model="numpy")
+def min(a, b):
+    return b if b < a else a
+
+
+@njit(error_model="numpy")
+def max(a, b):
+    return b if b > a else a
+
+'''
+"""What every generated module begins with."""
+

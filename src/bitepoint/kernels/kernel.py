@@ -1,0 +1,163 @@
+"""The `Kernel`: a function with several lives and one calling convention.
+
+Every life of a kernel is a C function with the calling convention of a NumPy ufunc loop,
+
+    void entry(char **arguments, intptr_t *steps, intptr_t lanes)
+
+where argument k of lane n lies at arguments[k] + n * steps[k]: a record, a float64 or an int64; the result, if
+there is one, is written to the last argument. A step of 0 shares an argument between all lanes.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import typing
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Generic, Literal, ParamSpec, TypeVar, overload
+
+import numpy as np
+
+from bitepoint.kernels.source import Source, define, source_of
+from bitepoint.records import FloatArray, IntArray, Record
+
+P = ParamSpec("P")
+R = TypeVar("R")
+Life = Literal["interpreted", "compiled"]
+
+ENTRY = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_ssize_t)
+"""The C type of every entry."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of a kernel: kind is "float", "int", "record", or "floats" and "ints" (trusted kernels only)."""
+
+    name: str
+    kind: str
+    record: type[Record] | None = None
+
+
+class Kernel(Generic[P, R]):
+    """A step function in the subset of Python that all lives share; made by `@kernel`.
+
+    Calling it runs the interpreted life on whatever it is given: this is what other interpreted kernels do.
+    `run` takes NumPy arrays, one element per lane, in any life.
+    """
+
+    def __init__(self, function: Callable[P, R], *, trusted: bool = False) -> None:
+        self.function = function
+        self.trusted = trusted
+        self.name = function.__name__
+        self.__doc__ = function.__doc__
+        self.__name__ = function.__name__
+        self.__module__ = function.__module__
+
+    @staticmethod
+    def generate(name: str, text: str, namespace: dict[str, Any]) -> Kernel[..., Any]:
+        """Return the kernel `name` defined by `text`, whose global names are those of `namespace`."""
+        return Kernel(define(name, text, namespace))
+
+    def __repr__(self) -> str:
+        return f"<kernel {self.__module__}.{self.name}>"
+
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
+        """Run the interpreted life."""
+        return self.interpreted(*args, **kwargs)
+
+    @cached_property
+    def source(self) -> Source:
+        """Where and how it is written."""
+        return source_of(self.function)
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Its parameters in order."""
+        hints = self._hints
+        return tuple(self._parameter(a.arg, hints.get(a.arg)) for a in self.source.node.args.args)
+
+    @cached_property
+    def result(self) -> str:
+        """Kind of its result: "float", "int", "bool" or "none"."""
+        hint = self._hints.get("return", Any)
+        kinds: dict[Any, str] = {float: "float", int: "int", bool: "bool", type(None): "none"}
+        if hint not in kinds:
+            mend = "annotate the result as float, int, bool or None"
+            raise self.source.fail(self.source.node, f"{self.name} has no scalar result", mend)
+        return kinds[hint]
+
+    @cached_property
+    def callees(self) -> dict[str, Kernel[..., Any]]:
+        """Kernels that it calls, by the name it calls them by."""
+        found = {name: self.source.namespace.get(name) for name in self.source.free_names}
+        return {name: value for name, value in found.items() if isinstance(value, Kernel)}
+
+    @cached_property
+    def interpreted(self) -> Callable[P, R]:
+        """Its interpreted life: the same source, checked, with the maths of the other lives."""
+        from bitepoint.kernels.interpreted import interpret
+
+        return interpret(self)
+
+    def entry(self, life: Life = "compiled") -> int:
+        """Return the address of the C function that runs a batch of lanes in this life."""
+        if life == "compiled":
+            from bitepoint.kernels.compiled import compiled_entry
+
+            return compiled_entry(self)
+        from bitepoint.kernels.interpreted import interpreted_entry
+
+        return interpreted_entry(self)
+
+    def run(self, *arguments: Any, life: Life = "compiled") -> Any:
+        """Run a batch of lanes and return the results, shape (lanes,), or None.
+
+        Args:
+            arguments: for a record an array of records, for a float or int a scalar or an array, for a vector of a
+                trusted kernel a 1-D array (shared) or a 2-D one (a row per lane). One element is shared by all lanes.
+            life: which life runs.
+
+        Raises:
+            TypeError: a wrong number of arguments, another record type, or lanes that do not match.
+        """
+        from bitepoint.kernels.calling import call
+
+        return call(self, arguments, life)
+
+    @cached_property
+    def _hints(self) -> dict[str, Any]:
+        try:
+            return typing.get_type_hints(self.function)
+        except NameError as error:
+            mend = "define records and annotations at module level"
+            raise self.source.fail(self.source.node, f"{self.name}: {error}", mend) from None
+
+    def _parameter(self, name: str, hint: Any) -> Parameter:
+        scalars: dict[Any, str] = {float: "float", int: "int"}
+        vectors: dict[Any, str] = {FloatArray: "floats", IntArray: "ints"} if self.trusted else {}
+        if hint in scalars or hint in vectors:
+            return Parameter(name, (scalars | vectors)[hint])
+        if isinstance(hint, type) and issubclass(hint, Record):
+            return Parameter(name, "record", hint)
+        mend = "annotate every parameter as float, int or a Record; arrays live in records"
+        raise self.source.fail(self.source.node, f"parameter {name} of {self.name} has no such type", mend)
+
+
+@overload
+def kernel(function: Callable[P, R], /) -> Kernel[P, R]: ...
+@overload
+def kernel(*, trusted: bool = ...) -> Callable[[Callable[P, R]], Kernel[P, R]]: ...
+def kernel(function: Any = None, /, *, trusted: bool = False) -> Any:
+    """Make a kernel of a function. The subset is checked when it is first used, in whichever life.
+
+    A trusted kernel is not checked: it is part of the machinery (it drives others, or makes a check itself).
+    """
+    if function is None:
+        return lambda decorated: Kernel(decorated, trusted=trusted)  # pyright: ignore[reportUnknownLambdaType, reportUnknownVariableType]
+    return Kernel(function, trusted=trusted)
+
+
+def addresses_of(arrays: list[np.ndarray[Any, Any]]) -> np.ndarray[Any, np.dtype[np.int64]]:
+    """Return the address of the first byte of each array."""
+    return np.array([array.__array_interface__["data"][0] for array in arrays], np.int64)

@@ -1,0 +1,372 @@
+"""Records: parameters, states and signals declared once, with unit, range and meaning.
+
+    class Body(Record):
+        \"\"\"The body of a car. Source: ...\"\"\"
+
+        mass: float = quantity("kg", 100, 60_000, "mass of the loaded vehicle")
+        points: int = count(0, 8, "points in use")
+        speeds: FloatArray = quantity("rad/s", 0, 1200, "grid", shape=(8,))
+        engine: Engine = nested(Engine, "the engine")
+        full_load: Curve = curve(("speed", "rad/s", 0, 1200), ("torque", "N*m", 0, 900), "full-load torque")
+
+From the one declaration come an aligned NumPy dtype, the validation of YAML with units, and the tables of the docs.
+Every number is a float64 or an int64, so that a record is the same bytes to NumPy, to compiled code and to C.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Protocol, cast
+
+import numpy as np
+
+from bitepoint.errors import InputError
+from bitepoint.units import UnitError, display, parse
+
+CURVE_POINTS = 32
+"""Most points that a curve can have."""
+
+RecordArray = np.ndarray[Any, Any]
+"""A one-dimensional NumPy array whose elements are records of one type: one element per lane."""
+
+
+class FloatArray(Protocol):
+    """A fixed-size array of floats inside a record, as a kernel sees it."""
+
+    def __getitem__(self, index: int | tuple[int, int], /) -> float: ...
+    def __setitem__(self, index: int | tuple[int, int], value: float, /) -> None: ...
+
+
+class IntArray(Protocol):
+    """A fixed-size array of integers inside a record, as a kernel sees it."""
+
+    def __getitem__(self, index: int | tuple[int, int], /) -> int: ...
+    def __setitem__(self, index: int | tuple[int, int], value: int, /) -> None: ...
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One coordinate of a curve: its name in files, its unit and its range."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Field:
+    """What a record says of one of its fields.
+
+    Attributes:
+        kind: "float", "int", "record", or "curve" (a nested `Curve` with units of its own).
+        unit: of a float, in pint's spelling; "1" for a plain ratio.
+        low, high: closed range that validation enforces and that index checks rely on.
+        default: value where a file leaves the field out; None means that it must be given.
+        shape: of a fixed-size array; () for a scalar.
+        record: the type of a nested record.
+        axes: of a curve.
+    """
+
+    name: str
+    kind: str
+    meaning: str
+    unit: str = "1"
+    low: float = -math.inf
+    high: float = math.inf
+    default: float | None = None
+    shape: tuple[int, ...] = ()
+    record: type[Record] | None = None
+    axes: tuple[Axis, ...] = ()
+
+    def expected(self) -> str:
+        """Return what a valid value looks like, in a few words."""
+        if self.kind == "record":
+            return "expected a block of keys"
+        if self.kind == "curve":
+            return "expected a block with " + " and ".join(f"{axis.name} ({axis.unit})" for axis in self.axes)
+        noun = "a whole number" if self.kind == "int" else "a number"
+        many = "" if not self.shape else " x ".join(str(size) for size in self.shape) + " times "
+        unit = "" if self.unit == "1" else f" {display(self.unit)}"
+        return f"expected {many}{noun} in {self.low:g}..{self.high:g}{unit}"
+
+
+def quantity(  # noqa: PLR0913 - one flat line per field is the point
+    unit: str,
+    low: float,
+    high: float,
+    meaning: str,
+    *,
+    default: float | None = None,
+    shape: tuple[int, ...] = (),
+) -> Any:
+    """Declare a float field (or a fixed-size array of them) with its unit, closed range and meaning."""
+    return Field("", "float", meaning, unit, low, high, default, shape)
+
+
+def count(low: int, high: int, meaning: str, *, default: int | None = None, shape: tuple[int, ...] = ()) -> Any:
+    """Declare an integer field: a count, an index, a mode or a flag (0..1)."""
+    return Field("", "int", meaning, "1", low, high, default, shape)
+
+
+def nested(record: type[Record], meaning: str) -> Any:
+    """Declare a field that is itself a record."""
+    return Field("", "record", meaning, record=record)
+
+
+def curve(x: tuple[str, str, float, float], y: tuple[str, str, float, float], meaning: str) -> Any:
+    """Declare a curve y(x) of 2 to 32 points; `x` and `y` are (name in files, unit, low, high)."""
+    return Field("", "curve", meaning, record=Curve, axes=(Axis(*x), Axis(*y)))
+
+
+class Record:
+    """Base of all records. A record type is never instantiated: its values live in NumPy arrays of its dtype."""
+
+    fields: ClassVar[dict[str, Field]] = {}
+    dtype: ClassVar[np.dtype[Any]] = np.dtype([])
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        annotations = cls.__dict__.get("__annotations__", {})
+        fields: dict[str, Field] = {}
+        for name, annotation in annotations.items():
+            declared = cls.__dict__.get(name)
+            if not isinstance(declared, Field):
+                raise TypeError(f"{cls.__name__}.{name} must be declared by quantity(), count(), nested() or curve()")
+            _check_annotation(f"{cls.__name__}.{name}", annotation, declared)
+            fields[name] = replace(declared, name=name)
+            delattr(cls, name)
+        cls.fields = fields
+        cls.dtype = np.dtype([_layout(field) for field in fields.values()], align=True)
+
+    @classmethod
+    def zeros(cls, lanes: int = 1) -> RecordArray:
+        """Return `lanes` records, every number 0."""
+        return np.zeros(lanes, cls.dtype)
+
+    @classmethod
+    def parse(cls, data: object, where: str, key: str = "") -> RecordArray:
+        """Return one record, shape (1,), from a mapping as YAML gives it.
+
+        Args:
+            data: mapping from field names to numbers, texts with units, lists, or nested mappings.
+            where: what errors name as the place, usually the file.
+            key: dotted path of this record inside the file, for errors.
+
+        Raises:
+            InputError: unknown or missing key, wrong dimension, out of range, NaN, or wrong shape.
+        """
+        result = cls.zeros()
+        mapping = _mapping(data, where, key or cls.__name__, "expected a block of keys")
+        prefix = f"{key}." if key else ""
+        for name in mapping:
+            if name not in cls.fields:
+                raise InputError(where, f"{prefix}{name}: unknown key", f"expected one of {', '.join(cls.fields)}")
+        for name, field in cls.fields.items():
+            if name in mapping:
+                _store(result[name], field, mapping[name], where, prefix + name)
+            elif field.kind == "record" and field.record is not None and field.record.is_optional():
+                result[name] = field.record.parse({}, where, prefix + name)[0]
+            elif field.default is None:
+                raise InputError(where, f"{prefix}{name}: missing", field.expected())
+            else:
+                result[name] = field.default
+        return result
+
+    @classmethod
+    def is_optional(cls) -> bool:
+        """Return whether a file may leave the whole record out: every field has a default."""
+        return all(
+            field.default is not None
+            or (field.kind == "record" and field.record is not None and field.record.is_optional())
+            for field in cls.fields.values()
+        )
+
+    @classmethod
+    def assign(cls, target: RecordArray, key: str, value: object, where: str) -> None:
+        """Set the field at the dotted path `key` of every record in `target` to `value`, validated.
+
+        `value` may also be a sequence of one value per record of `target`, where the field is a scalar.
+
+        Raises:
+            InputError: no such field, or a value that it does not take; `target` is then unchanged.
+        """
+        field, view = cls.locate(target, key, where)
+        if isinstance(value, np.ndarray | list | tuple) and not field.shape and field.kind in ("float", "int"):
+            values = cast("Sequence[object]", value)
+            if len(values) != len(target):
+                mend = f"expected {len(target)} values, one per lane"
+                raise InputError(where, f"{key}: got {len(values)} values", mend)
+            view[...] = [_scalar(field, item, where, key) for item in values]
+        else:
+            _store(view, field, value, where, key)
+
+    @classmethod
+    def locate(cls, target: RecordArray, key: str, where: str) -> tuple[Field, RecordArray]:
+        """Return the field at the dotted path `key`, and the view of `target` that holds it."""
+        name, _, rest = key.partition(".")
+        field = cls.fields.get(name)
+        if field is None:
+            raise InputError(where, f"{key}: unknown key", f"expected one of {', '.join(cls.fields)}")
+        if not rest:
+            return field, target[name]
+        if field.kind != "record" or field.record is None:
+            raise InputError(where, f"{key}: {name} has no keys of its own", field.expected())
+        return field.record.locate(target[name], rest, where)
+
+    @classmethod
+    def to_mapping(cls, record: Any) -> dict[str, Any]:
+        """Return one record (an element of an array) as a mapping in SI that `parse` takes again."""
+        return {name: _plain(field, record[name]) for name, field in cls.fields.items()}
+
+    @classmethod
+    def table(cls, prefix: str = "") -> Iterator[tuple[str, Field]]:
+        """Yield (dotted path, field) for every number and curve, nested records included."""
+        for name, field in cls.fields.items():
+            if field.kind == "record" and field.record is not None:
+                yield from field.record.table(f"{prefix}{name}.")
+            else:
+                yield prefix + name, field
+
+    @classmethod
+    def markdown(cls) -> str:
+        """Return the table of this record for the documentation."""
+        rows = ["| name | unit | range | default | meaning |", "| --- | --- | --- | --- | --- |"]
+        for path, field in cls.table():
+            if field.kind == "curve":
+                unit = " over ".join(f"{axis.name} ({display(axis.unit) or 'ratio'})" for axis in reversed(field.axes))
+                span = f"{field.axes[1].low:g} .. {field.axes[1].high:g}"
+            else:
+                unit, span = display(field.unit) or "–", f"{field.low:g} .. {field.high:g}"
+            default = "–" if field.default is None else f"{field.default:g}"
+            rows.append(f"| `{path}` | {unit} | {span} | {default} | {field.meaning} |")
+        return "\n".join(rows)
+
+
+def _check_annotation(where: str, annotation: object, field: Field) -> None:
+    wanted = {"float": "FloatArray" if field.shape else "float", "int": "IntArray" if field.shape else "int"}
+    nested_name = field.record.__name__ if field.record is not None else ""
+    name = annotation if isinstance(annotation, str) else getattr(annotation, "__name__", str(annotation))
+    if name != wanted.get(field.kind, nested_name):
+        raise TypeError(f"{where} is annotated {name} but declared {wanted.get(field.kind, nested_name)}")
+
+
+def _layout(field: Field) -> tuple[Any, ...]:
+    base: Any = {"float": np.float64, "int": np.int64}.get(field.kind)
+    if field.record is not None:
+        base = field.record.dtype
+    return (field.name, base, field.shape) if field.shape else (field.name, base)
+
+
+def _mapping(data: object, where: str, key: str, mend: str) -> dict[str, object]:
+    if not isinstance(data, Mapping):
+        raise InputError(where, f"{key}: got {_brief(data)}", mend)
+    return {str(name): value for name, value in cast("Mapping[object, object]", data).items()}
+
+
+def _brief(value: object) -> str:
+    if value is None:
+        return "nothing"
+    text = repr(value)
+    return text if len(text) <= 40 else text[:37] + "..."
+
+
+def _store(view: RecordArray, field: Field, value: object, where: str, key: str) -> None:
+    """Write a validated value into `view`, the field's column: (lanes, *shape)."""
+    if field.kind == "record" and field.record is not None:
+        view[...] = field.record.parse(value, where, key)[0]
+    elif field.kind == "curve":
+        view[...] = _parse_curve(field, value, where, key)[0]
+    elif field.shape:
+        view[...] = _parse_array(field, value, where, key)
+    else:
+        view[...] = _scalar(field, value, where, key)
+
+
+def _scalar(field: Field, value: object, where: str, key: str) -> float:
+    try:
+        number = parse(value.item() if isinstance(value, np.generic) else value, field.unit)
+    except UnitError as error:
+        raise InputError(where, f"{key}: {error}", field.expected()) from None
+    if not field.low <= number <= field.high or not math.isfinite(number):
+        raise InputError(where, f"{key}: got {_brief(value)}", field.expected())
+    if field.kind == "int" and number != int(number):
+        raise InputError(where, f"{key}: got {_brief(value)}", field.expected())
+    return number
+
+
+def _parse_array(field: Field, value: object, where: str, key: str) -> RecordArray:
+    values, unit = _listed(value, field.unit, where, key, field.expected())
+    shape = np.shape(np.array(values, dtype=object))
+    if shape != field.shape:
+        raise InputError(where, f"{key}: got shape {shape}", field.expected())
+    flat = [_with_unit(item, unit) for item in np.array(values, dtype=object).ravel()]
+    return np.array([_scalar(field, item, where, key) for item in flat]).reshape(field.shape)
+
+
+def _listed(value: object, unit: str, where: str, key: str, mend: str) -> tuple[list[object], str]:
+    """Return the numbers and the unit of `[1, 2]` or `{unit: rpm, values: [1, 2]}`."""
+    if isinstance(value, Mapping):
+        block = _mapping(cast("object", value), where, key, mend)
+        if set(block) != {"unit", "values"}:
+            raise InputError(where, f"{key}: got keys {', '.join(block) or 'none'}", "expected unit and values")
+        unit, value = str(block["unit"]), block["values"]
+    if isinstance(value, np.ndarray):
+        value = cast("object", value.tolist())
+    if not isinstance(value, list | tuple):
+        raise InputError(where, f"{key}: got {_brief(value)}", f"{mend}, as a list or {{unit: ..., values: [...]}}")
+    return list(cast("Sequence[object]", value)), unit
+
+
+def _with_unit(value: object, unit: str) -> object:
+    return f"{value!r} {unit}" if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+def _parse_curve(field: Field, value: object, where: str, key: str) -> RecordArray:
+    block = _mapping(value, where, key, field.expected())
+    names = [axis.name for axis in field.axes]
+    for name in block:
+        if name not in names:
+            raise InputError(where, f"{key}.{name}: unknown key", f"expected {' and '.join(names)}")
+    result = Curve.zeros()
+    columns: list[list[float]] = []
+    for axis in field.axes:
+        if axis.name not in block:
+            raise InputError(where, f"{key}.{axis.name}: missing", field.expected())
+        place = f"{key}.{axis.name}"
+        element = Field(axis.name, "float", "", axis.unit, axis.low, axis.high)
+        values, unit = _listed(block[axis.name], axis.unit, where, place, element.expected())
+        columns.append([_scalar(element, _with_unit(item, unit), where, place) for item in values])
+    xs, ys = columns
+    if not 2 <= len(xs) <= CURVE_POINTS or len(xs) != len(ys):
+        mend = f"expected 2 to {CURVE_POINTS} points and as many in each"
+        raise InputError(where, f"{key}: got {len(xs)} and {len(ys)} points", mend)
+    if any(after <= before for before, after in zip(xs, xs[1:], strict=False)):
+        raise InputError(where, f"{key}.{names[0]}: not strictly increasing", "sort the points and remove repeated ones")
+    spare = CURVE_POINTS - len(xs)
+    result["points"] = len(xs)
+    result["x"] = xs + [xs[-1]] * spare
+    result["y"] = ys + [ys[-1]] * spare
+    return result
+
+
+def _plain(field: Field, value: Any) -> Any:
+    if field.kind == "curve":
+        points = int(value["points"])
+        x, y = field.axes
+        return {x.name: value["x"][:points].tolist(), y.name: value["y"][:points].tolist()}
+    if field.kind == "record" and field.record is not None:
+        return field.record.to_mapping(value)
+    if field.shape:
+        return value.tolist()
+    return int(value) if field.kind == "int" else float(value)
+
+
+class Curve(Record):
+    """A piecewise linear curve y(x), held constant beyond its ends. Units are the declaring field's."""
+
+    points: int = count(2, CURVE_POINTS, "points in use")
+    x: FloatArray = quantity("1", -1e12, 1e12, "abscissae, increasing; the unused ones repeat the last", shape=(32,))
+    y: FloatArray = quantity("1", -1e12, 1e12, "ordinates; the unused ones repeat the last", shape=(32,))

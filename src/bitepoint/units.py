@@ -1,0 +1,127 @@
+"""Unit conversion at the edges: text such as "1450 kg" or "20 %" to SI numbers. Inside, everything is SI.
+
+The conversions themselves are pint's. They are remembered on disk, so that a warm start needs not import it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import re
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from bitepoint.cache import cache_folder, write_atomically
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+STANDARD_GRAVITY = 9.80665
+"""Standard acceleration of free fall, m/s^2 (CGPM 1901)."""
+
+_QUANTITY = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$")
+_ANGLES = frozenset({"deg", "degree", "degrees", "rad", "radian", "radians", "°"})
+
+
+class UnitError(ValueError):
+    """The text is no quantity of the wanted dimension. `str()` of it says what is wrong, in a few words."""
+
+
+def parse(value: object, unit: str) -> float:
+    """Return `value` as a number in `unit`.
+
+    A number, or text without a unit, is taken to be in `unit` already; text with a unit is converted.
+    The result may be NaN or infinite only where the input says so.
+
+    Args:
+        value: a number (not a bool), or text such as "1600 kg".
+        unit: the unit of the result, pint spelling; "1" means a plain ratio.
+
+    Raises:
+        UnitError: not a number, or a unit of another dimension.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise UnitError(f"got {_brief(value)}")
+    if not isinstance(value, str):
+        return _number(value)
+    match = _QUANTITY.match(value)
+    if match is None:
+        with contextlib.suppress(ValueError):
+            return float(value)  # "nan" and "inf": the caller's range check names them
+        raise UnitError(f"got {_brief(value)}")
+    number, text = float(match.group(1)), match.group(2)
+    if text in ("", unit):
+        return number
+    if unit == "1" and text in _ANGLES:
+        raise UnitError(f"got an angle, {_brief(value)}")
+    scale, offset = _conversion(text, unit)
+    return number * scale + offset
+
+
+def _number(value: int | float) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
+
+
+def _brief(value: object) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 40 else text[:37] + "..."
+
+
+@cache
+def _conversion(text: str, unit: str) -> tuple[float, float]:
+    """Scale and offset from `text` to `unit`."""
+    key = f"{text}|{unit}"
+    memory = _memory()
+    if key not in memory:
+        memory[key] = _ask_pint(text, unit)
+        with contextlib.suppress(OSError):
+            write_atomically(_memory_file(), json.dumps(memory, ensure_ascii=False, indent=0).encode())
+    scale, offset = memory[key]
+    return scale, offset
+
+
+def _ask_pint(text: str, unit: str) -> list[float]:
+    import pint
+
+    quantity: Any = _registry()
+    try:
+        source, target = quantity.Unit(text), quantity.Unit("" if unit == "1" else unit)
+        offset = float(quantity.Quantity(0.0, source).to(target).magnitude)
+        scale = float(quantity.Quantity(1.0, source).to(target).magnitude) - offset
+    except pint.DimensionalityError:
+        raise UnitError(f"got unit {_brief(text)} of another dimension") from None
+    except Exception:  # noqa: BLE001 - pint raises whatever its tokenizer met (tokenize, attribute, type errors)
+        raise UnitError(f"got unknown unit {_brief(text)}") from None
+    return [scale, offset]
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry(cache_folder=":auto:")
+
+
+@cache
+def _memory() -> dict[str, list[float]]:
+    try:
+        found = json.loads(_memory_file().read_text())
+        return {str(key): [float(scale), float(offset)] for key, (scale, offset) in found.items()}
+    except (OSError, ValueError, TypeError, AttributeError):
+        return {}
+
+
+@cache
+def _memory_file() -> Path:
+    # a conversion factor is a fact: it does not change with the version of pint that told it
+    return cache_folder() / "units-1.json"
+
+
+def display(unit: str) -> str:
+    """Return `unit` as a person reads it: "N*m" as "N m", "1" as nothing."""
+    return {"1": ""}.get(unit, unit.replace("*", " ").replace("^2", "²").replace("^3", "³"))
+
