@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Protocol, cast
+from typing import Any, ClassVar, Protocol, TypeVar, cast
 
 import numpy as np
 
@@ -66,6 +66,7 @@ class Field:
         low, high: closed range that validation enforces and that index checks rely on.
         default: value where a file leaves the field out; None means that it must be given.
         shape: of a fixed-size array; () for a scalar.
+        padded: whether a file may give fewer numbers than the shape; the rest is then 0.
         record: the type of a nested record.
         axes: of a curve.
     """
@@ -78,6 +79,7 @@ class Field:
     high: float = math.inf
     default: float | None = None
     shape: tuple[int, ...] = ()
+    padded: bool = False
     record: type[Record] | None = None
     axes: tuple[Axis, ...] = ()
 
@@ -89,6 +91,7 @@ class Field:
             return "expected a block with " + " and ".join(f"{axis.name} ({axis.unit})" for axis in self.axes)
         noun = "a whole number" if self.kind == "int" else "a number"
         many = "" if not self.shape else " x ".join(str(size) for size in self.shape) + " times "
+        many = f"up to {many}" if self.padded else many
         unit = "" if self.unit == "1" else f" {display(self.unit)}"
         return f"expected {many}{noun} in {self.low:g}..{self.high:g}{unit}"
 
@@ -101,9 +104,10 @@ def quantity(  # noqa: PLR0913 - one flat line per field is the point
     *,
     default: float | None = None,
     shape: tuple[int, ...] = (),
+    padded: bool = False,
 ) -> Any:
     """Declare a float field (or a fixed-size array of them) with its unit, closed range and meaning."""
-    return Field("", "float", meaning, unit, low, high, default, shape)
+    return Field("", "float", meaning, unit, low, high, default, shape, padded)
 
 
 def count(low: int, high: int, meaning: str, *, default: int | None = None, shape: tuple[int, ...] = ()) -> Any:
@@ -111,14 +115,23 @@ def count(low: int, high: int, meaning: str, *, default: int | None = None, shap
     return Field("", "int", meaning, "1", low, high, default, shape)
 
 
-def nested(record: type[Record], meaning: str) -> Any:
-    """Declare a field that is itself a record."""
-    return Field("", "record", meaning, record=record)
+def nested(record: type[Record], meaning: str, *, shape: tuple[int, ...] = ()) -> Any:
+    """Declare a field that is itself a record, or a fixed-size array of records (which no file can give)."""
+    return Field("", "record", meaning, record=record, shape=shape)
 
 
 def curve(x: tuple[str, str, float, float], y: tuple[str, str, float, float], meaning: str) -> Any:
     """Declare a curve y(x) of 2 to 32 points; `x` and `y` are (name in files, unit, low, high)."""
     return Field("", "curve", meaning, record=Curve, axes=(Axis(*x), Axis(*y)))
+
+
+R_co = TypeVar("R_co", covariant=True)
+
+
+class RecordElements(Protocol[R_co]):
+    """A fixed-size array of records inside a record, as a kernel sees it."""
+
+    def __getitem__(self, index: int, /) -> R_co: ...
 
 
 class Record:
@@ -248,6 +261,7 @@ class Record:
 def _check_annotation(where: str, annotation: object, field: Field) -> None:
     wanted = {"float": "FloatArray" if field.shape else "float", "int": "IntArray" if field.shape else "int"}
     nested_name = field.record.__name__ if field.record is not None else ""
+    nested_name = f"RecordElements[{nested_name}]" if field.record is not None and field.shape else nested_name
     name = annotation if isinstance(annotation, str) else getattr(annotation, "__name__", str(annotation))
     if name != wanted.get(field.kind, nested_name):
         raise TypeError(f"{where} is annotated {name} but declared {wanted.get(field.kind, nested_name)}")
@@ -299,6 +313,8 @@ def _scalar(field: Field, value: object, where: str, key: str) -> float:
 
 def _parse_array(field: Field, value: object, where: str, key: str) -> RecordArray:
     values, unit = _listed(value, field.unit, where, key, field.expected())
+    if field.padded and 1 <= len(values) < field.shape[0]:
+        values = [*values, *[0.0] * (field.shape[0] - len(values))]
     shape = np.shape(np.array(values, dtype=object))
     if shape != field.shape:
         raise InputError(where, f"{key}: got shape {shape}", field.expected())

@@ -7,8 +7,8 @@ the compilers and the processor; its value is the object code. A warm start load
 
 from __future__ import annotations
 
-import ctypes
 import hashlib
+import re
 import sys
 from collections.abc import Iterator
 from functools import cache
@@ -19,8 +19,12 @@ import llvmlite.binding as llvm
 import numpy as np
 
 from bitepoint.cache import cache_folder, write_atomically
+from bitepoint.kernels.interpreted import MATHS
 from bitepoint.kernels.kernel import Kernel, Parameter
 from bitepoint.records import Field, Record
+
+LOWERING = "1"
+"""Part of every key: counts the changes of how this module turns Numba's output into object code."""
 
 _OPTIONS = 'error_model="numpy"'  # a division by zero gives inf or NaN, as in C
 
@@ -57,7 +61,7 @@ def _toolchain() -> tuple[str, ...]:
 
     features = llvm.get_host_cpu_features().flatten()
     versions = version("numba"), version("llvmlite"), np.__version__, sys.version
-    return *versions, llvm.get_host_cpu_name(), features
+    return LOWERING, *versions, llvm.get_host_cpu_name(), features
 
 
 @cache
@@ -132,19 +136,39 @@ def _dtype_text(record: type[Record]) -> str:
 
 def _field_text(field: Field) -> str:
     if field.record is not None:
-        return f"({field.name!r}, np.dtype({_dtype_text(field.record)}, align=True))"
+        return f"({field.name!r}, np.dtype({_dtype_text(field.record)}, align=True), {field.shape!r})"
     kind = "f8" if field.kind == "float" else "i8"
     return f"({field.name!r}, {kind!r}, {field.shape!r})"
 
 
 def _compile(text: str, file: Path) -> bytes:
-    """Return the object code of `text`, whose only outside symbols are libm's."""
+    """Return the object code of `text`, whose only outside symbols are libm's and memset's like."""
     namespace: dict[str, Any] = {"__name__": file.stem}
     exec(compile(text, str(file), "exec"), namespace)
     entry: Any = namespace["entry"]
-    intermediate = entry.inspect_llvm().replace(entry.native_name, "bitepoint_entry")
-    module = llvm.parse_assembly(intermediate)
+    intermediate = entry.inspect_llvm().replace(entry.native_name, ENTRY_NAME)
+    module = llvm.parse_assembly(_DECLARATION.sub(_without_python, intermediate))
+    for function in module.functions:
+        if not function.is_declaration and function.name != ENTRY_NAME:
+            function.linkage = "internal"
+    builder = llvm.create_pass_builder(_machine(), llvm.create_pipeline_tuning_options(speed_level=3))
+    builder.getModulePassManager().run(module, builder)
     return _machine().emit_object(module)
+
+
+ENTRY_NAME = "bitepoint_entry"
+_DECLARATION = re.compile(r"^declare (?P<type>.+?) @(?P<name>[\w.]+)\((?P<parameters>.*?)\)[^()\n]*(?:#\d+)?$", re.MULTILINE)
+_OUTSIDE = frozenset({"memset", "memcpy", "memmove", "fabs", "floor", "ceil", "pow", *MATHS})
+
+
+def _without_python(declaration: re.Match[str]) -> str:
+    """Return the declaration of a libm function as it is; what only Numba's error path calls is never reached.
+
+    Kernels cannot raise: the checker sees to it. So the path can go, and with it the need for Numba at run time.
+    """
+    if declaration["name"].startswith("llvm.") or declaration["name"] in _OUTSIDE:
+        return declaration[0]
+    return f"define internal {declaration['type']} @{declaration['name']}({declaration['parameters']}) {{ unreachable }}"
 
 
 @cache
@@ -162,21 +186,11 @@ _engines: list[Any] = []
 
 def _load(path: Path) -> int:
     """Link the object code into this process and return the address of its entry."""
-    _define_unreachable()
     engine: Any = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
     engine.add_object_file(llvm.ObjectFileRef.from_data(path.read_bytes()))
     engine.finalize_object()
     _engines.append(engine)  # the code lives as long as its engine
-    return engine.get_function_address("bitepoint_entry")
-
-
-@cache
-def _define_unreachable() -> None:
-    """Give the symbols of Numba's error path an address: kernels cannot raise, so it is never taken."""
-    abort = ctypes.cast(ctypes.CDLL(None).abort, ctypes.c_void_p).value
-    for symbol in ("numba_gil_ensure", "numba_gil_release"):
-        if not llvm.address_of_symbol(symbol):
-            llvm.add_symbol(symbol, abort)
+    return engine.get_function_address(ENTRY_NAME)
 
 
 HEADER = '''\

@@ -112,6 +112,9 @@ def view_class(record: type[Record]) -> type[View]:
 def _member(field: Field, offset: int) -> property:
     if field.record is not None:
         inner = view_class(field.record)
+        if field.shape:
+            size = field.record.dtype.itemsize
+            return property(lambda self: _Records(self._address + offset, inner, size, field.shape[0]))
         return property(lambda self: inner(self._address + offset))
     ctype = _SCALARS[field.kind]
     if field.shape:
@@ -121,6 +124,23 @@ def _member(field: Field, offset: int) -> property:
         ctype.from_address(self._address + offset).value = value
 
     return property(lambda self: ctype.from_address(self._address + offset).value, put)
+
+
+class _Records:
+    """A fixed-size array of records at an address."""
+
+    __slots__ = ("_address", "_length", "_size", "_view")
+
+    def __init__(self, address: int, view: type[View], size: int, length: int) -> None:
+        self._address = address
+        self._view = view
+        self._size = size
+        self._length = length
+
+    def __getitem__(self, index: int) -> View:
+        if not 0 <= index < self._length:
+            raise IndexError(f"[{index}] is outside 0..{self._length - 1}")
+        return self._view(self._address + index * self._size)
 
 
 class _Elements:

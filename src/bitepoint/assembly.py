@@ -1,0 +1,284 @@
+"""Putting a vehicle, a controller and a manoeuvre together by name: the one room that knows the concrete ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bitepoint.controllers import launch_pid, none
+from bitepoint.controllers.controller import Controller
+from bitepoint.errors import InputError
+from bitepoint.plants import dct
+from bitepoint.plants.plant import Plant
+from bitepoint.recording import Channel
+from bitepoint.records import Record, RecordArray
+from bitepoint.scenarios import PedalLog, Scenario, Timing, load_scenario, read_pedal_log
+from bitepoint.simulation.system import Imperfections, Part, Profile, StopRule, System
+from bitepoint.units import UnitError, parse
+from bitepoint.vehicles import Vehicle, load_vehicle
+
+PLANTS: Mapping[str, Plant] = {plant.name: plant for plant in (dct.PLANT,)}
+"""All plants, by name."""
+
+CONTROLLERS: Mapping[str, Controller] = {c.name: c for c in (none.CONTROLLER, launch_pid.CONTROLLER)}
+"""All controllers, by name."""
+
+SET = "--set"
+"""What errors name as the place of a setting."""
+
+_IMPERFECTIONS = ("lag", "delay", "noise")
+_PEDAL_KEYS = ("column", "rest", "full", "start", "end")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a user changes, sorted by whom it concerns."""
+
+    choices: dict[str, Any] = field(default_factory=dict[str, Any])
+    groups: dict[str, dict[str, Any]] = field(default_factory=dict[str, dict[str, Any]])
+
+    def group(self, name: str) -> dict[str, Any]:
+        """Return the settings `name.*`, without the prefix."""
+        return self.groups.get(name, {})
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """A scenario put together: what it is made of, and the closed loop to run."""
+
+    scenario: Scenario
+    vehicle: Vehicle
+    plant: Plant
+    controller: Controller
+    system: System
+    lanes: int
+    about: Mapping[str, str]
+
+
+def assemble(
+    scenario: str, settings: Mapping[str, Any], over: Mapping[str, Sequence[Any]] | None = None
+) -> Assembly:
+    """Return the closed loop of a library scenario, or of a scenario file, with settings applied.
+
+    Args:
+        settings: as `--set` takes them: choices (intent, controller, vehicle, pedal) and dotted keys.
+        over: dotted keys of plant or controller with one value per lane.
+
+    Raises:
+        InputError: whatever in the files or the settings is not as it should be.
+    """
+    manoeuvre = load_scenario(scenario)
+    chosen = _sort(settings)
+    vehicle = load_vehicle(str(chosen.choices.get("vehicle", manoeuvre.vehicle)))
+    plant = _plant(vehicle, manoeuvre)
+    controller = _controller(str(chosen.choices.get("controller", manoeuvre.controller)), plant)
+    _refuse_unknown(chosen, plant)
+    lanes, lane_groups = _lanes(over or {})
+    nominal = plant.parameters.parse({**vehicle.blocks, "road": manoeuvre.road}, vehicle.where)
+    plant.check(nominal, vehicle.where)
+    parameters = _varied(plant, nominal, chosen, lane_groups, lanes)
+    calibration = _calibration(controller, chosen.group("controller"), lane_groups.get("controller", {}), lanes)
+    timing = manoeuvre.timing.copy()
+    _apply(Timing, timing, chosen.group("timing"))
+    profile = _pedal(manoeuvre, chosen)
+    if "pedal" in chosen.choices and "duration" not in chosen.group("timing"):
+        timing["duration"] = max(timing["duration"][0], profile.time[-1])
+    system = System(
+        plant=_plant_part(plant, parameters, float(timing["tick"][0])),
+        controllers=[_controller_part(controller, controller.design(nominal, calibration))],
+        profiles=[profile],
+        rules=list(_rules(manoeuvre, plant)),
+        imperfections=_imperfections(plant, controller, chosen),
+        duration=float(timing["duration"][0]),
+        tick=float(timing["tick"][0]),
+    )
+    about = {"scenario": manoeuvre.name, "vehicle": vehicle.name, "controller": controller.name}
+    about |= {f"set.{key}": str(value) for key, value in settings.items()}
+    return Assembly(manoeuvre, vehicle, plant, controller, system, lanes, about)
+
+
+def _sort(settings: Mapping[str, Any]) -> Settings:
+    sorted_settings = Settings()
+    for key, value in settings.items():
+        group, dot, rest = key.partition(".")
+        if dot:
+            sorted_settings.groups.setdefault(group, {})[rest] = value
+        else:
+            sorted_settings.choices[key] = value
+    return sorted_settings
+
+
+def _refuse_unknown(settings: Settings, plant: Plant) -> None:
+    choices = ("intent", "controller", "vehicle", "pedal")
+    groups = (*plant.parameters.fields, "controller", "pedal", "timing", *_IMPERFECTIONS)
+    for key in settings.choices:
+        if key not in choices:
+            mend = f"expected one of {', '.join(choices)}, or a key of {', '.join(groups)}, such as vehicle.mass"
+            raise InputError(SET, f"{key}: unknown key", mend)
+    for group in settings.groups:
+        if group not in groups:
+            raise InputError(SET, f"{group}: unknown group", f"expected one of {', '.join(groups)}")
+
+
+def _plant(vehicle: Vehicle, scenario: Scenario) -> Plant:
+    if vehicle.plant not in PLANTS:
+        mend = f"expected one of {', '.join(PLANTS)}"
+        raise InputError(vehicle.where, f"plant: got {vehicle.plant}", mend)
+    if vehicle.plant != scenario.plant:
+        mend = f"scenario {scenario.name} needs a vehicle with plant: {scenario.plant}"
+        raise InputError(vehicle.where, f"plant: got {vehicle.plant}", mend)
+    return PLANTS[vehicle.plant]
+
+
+def _controller(name: str, plant: Plant) -> Controller:
+    fitting = [controller.name for controller in CONTROLLERS.values() if plant.name in controller.plants]
+    if name not in fitting:
+        raise InputError("controller", f"got {name}", f"expected one of {', '.join(fitting)}")
+    return CONTROLLERS[name]
+
+
+def _lanes(over: Mapping[str, Sequence[Any]]) -> tuple[int, dict[str, dict[str, Sequence[Any]]]]:
+    lengths = {len(values) for values in over.values()}
+    if len(lengths) > 1 or 0 in lengths:
+        raise InputError("over", f"got columns of {sorted(lengths)} values", "expected as many values in each")
+    groups: dict[str, dict[str, Sequence[Any]]] = {}
+    for key, values in over.items():
+        group, dot, rest = key.partition(".")
+        if not dot:
+            raise InputError("over", f"{key}: cannot differ between lanes", "expected keys such as vehicle.mass")
+        groups.setdefault(group, {})[rest] = values
+    return (lengths.pop() if lengths else 1), groups
+
+
+def _apply(record: type[Record], target: RecordArray, values: Mapping[str, Any], prefix: str = "") -> None:
+    for key, value in values.items():
+        record.assign(target, prefix + key, value, SET)
+
+
+def _varied(
+    plant: Plant,
+    nominal: RecordArray,
+    settings: Settings,
+    lane_groups: Mapping[str, Mapping[str, Sequence[Any]]],
+    lanes: int,
+) -> RecordArray:
+    """Return the parameters of the plant: the nominal ones with the settings, one record per lane where they differ."""
+    parameters = nominal.copy()
+    for block in plant.parameters.fields:
+        _apply(plant.parameters, parameters, settings.group(block), f"{block}.")
+    plant.check(parameters, SET)
+    blocks = [block for block in lane_groups if block != "controller"]
+    if blocks:
+        parameters = np.repeat(parameters, lanes)
+    for block in blocks:
+        if block not in plant.parameters.fields:
+            raise InputError("over", f"{block}: unknown group", f"expected one of {', '.join(plant.parameters.fields)}")
+        _apply(plant.parameters, parameters, lane_groups[block], f"{block}.")
+    return parameters
+
+
+def _calibration(
+    controller: Controller, settings: Mapping[str, Any], over: Mapping[str, Sequence[Any]], lanes: int
+) -> RecordArray:
+    shipped = controller.calibrations()
+    name = str(settings.get("calibration", controller.default_calibration))
+    if name not in shipped:
+        mend = f"expected one of {', '.join(shipped)}"
+        raise InputError(SET, f"controller.calibration: {controller.name} has no {name}", mend)
+    values = {key: value for key, value in shipped[name].items() if key != "source"}
+    calibration = controller.calibration.parse(values, f"calibration {name} of {controller.name}")
+    changes = {key: value for key, value in settings.items() if key != "calibration"}
+    try:
+        _apply(controller.calibration, calibration, changes)
+        if over:
+            calibration = np.repeat(calibration, lanes)
+            _apply(controller.calibration, calibration, over)
+    except InputError as error:
+        raise InputError(error.where, f"controller.{error.problem}", error.mend) from None
+    return calibration
+
+
+def _plant_part(plant: Plant, parameters: RecordArray, tick: float) -> Part:
+    return Part(
+        plant.name, plant.init, plant.step, parameters, plant.parameters, plant.state, plant.inputs, plant.outputs,
+        plant.work, tick,
+    )  # fmt: skip
+
+
+def _controller_part(controller: Controller, parameters: RecordArray) -> Part:
+    return Part(
+        controller.name, controller.init, controller.step, parameters, controller.parameters, controller.state,
+        controller.measurement, controller.command, None, controller.period,
+    )  # fmt: skip
+
+
+def _pedal(scenario: Scenario, settings: Settings) -> Profile:
+    channel = Channel("pedal", "1", "accelerator pedal, 0 released, 1 fully pressed")
+    if "pedal" in settings.choices:
+        if "intent" in settings.choices:
+            raise InputError(SET, "intent: given with pedal=FILE", "leave one of them out")
+        time, pedal = read_pedal_log(_pedal_log(str(settings.choices["pedal"]), settings.group("pedal")))
+        return Profile(channel, time, pedal)
+    if settings.group("pedal"):
+        raise InputError(SET, f"pedal.{next(iter(settings.group('pedal')))}: no log", "add --set pedal=FILE")
+    intent = str(settings.choices.get("intent", scenario.intent))
+    if intent not in scenario.intents:
+        raise InputError("intent", f"got {intent}", f"expected one of {', '.join(scenario.intents)}")
+    times, values = scenario.intents[intent]
+    return Profile(channel, np.array(times, float), np.array(values, float))
+
+
+def _pedal_log(file: str, settings: Mapping[str, Any]) -> PedalLog:
+    for key in settings:
+        if key not in _PEDAL_KEYS:
+            raise InputError(SET, f"pedal.{key}: unknown key", f"expected one of {', '.join(_PEDAL_KEYS)}")
+    if "column" not in settings:
+        raise InputError(SET, "pedal.column: missing", f"name the pedal column of {file}")
+    numbers = {key: _number(f"pedal.{key}", settings[key], "percent") for key in ("rest", "full") if key in settings}
+    numbers |= {key: _number(f"pedal.{key}", settings[key], "s") for key in ("start", "end") if key in settings}
+    return PedalLog(Path(file), str(settings["column"]), **numbers)
+
+
+def _number(key: str, value: object, unit: str) -> float:
+    try:
+        number = parse(value, unit)
+    except UnitError as error:
+        raise InputError(SET, f"{key}: {error}", f"expected a number in {unit}") from None
+    if not np.isfinite(number):
+        raise InputError(SET, f"{key}: got {value}", f"expected a finite number in {unit}")
+    return number
+
+
+def _rules(scenario: Scenario, plant: Plant) -> Iterator[StopRule]:
+    for number, rule in enumerate(scenario.rules):
+        signal = plant.outputs.fields.get(str(rule["signal"]))
+        if signal is None:
+            mend = f"expected one of {', '.join(plant.outputs.fields)}"
+            raise InputError(scenario.where, f"stop[{number}].signal: got {rule['signal']}", mend)
+        side = "above" if "above" in rule else "below"
+        try:
+            limit = parse(rule[side], signal.unit)
+        except UnitError as error:
+            raise InputError(scenario.where, f"stop[{number}].{side}: {error}", signal.expected()) from None
+        reason = str(rule.get("reason", f"{signal.name} went {side} {rule[side]}"))
+        yield StopRule(str(rule["status"]), reason, signal.name, side == "above", limit, float(rule["hold"]))
+
+
+def _imperfections(plant: Plant, controller: Controller, settings: Settings) -> Imperfections:
+    values: dict[str, dict[str, float]] = {}
+    for kind in _IMPERFECTIONS:
+        values[kind] = {}
+        for name, value in settings.group(kind).items():
+            record = plant.inputs if kind == "lag" else controller.measurement
+            signal = record.fields.get(name)
+            if signal is None:
+                raise InputError(SET, f"{kind}.{name}: unknown signal", f"expected one of {', '.join(record.fields)}")
+            number = _number(f"{kind}.{name}", value, signal.unit if kind == "noise" else "s")
+            if number < 0.0:
+                raise InputError(SET, f"{kind}.{name}: got {value}", "expected 0 or more")
+            values[kind][name] = number
+    return Imperfections(**values)

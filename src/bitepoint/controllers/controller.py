@@ -1,0 +1,45 @@
+"""What a controller is to the rest of the bench."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from bitepoint.kernels import Kernel
+from bitepoint.records import Record, RecordArray
+
+Design = Callable[[RecordArray, RecordArray], RecordArray]
+"""(vehicle parameters, calibration) -> controller parameters; each an array of one record."""
+
+
+@dataclass(frozen=True)
+class Controller:
+    """A controller: its records, two kernels over them, and how it is designed.
+
+    Attributes:
+        name: what scenarios call it.
+        plants: names of the plants that it can drive.
+        calibration: what an engineer tunes; the keys of `controller.*`.
+        calibrations: the named calibrations that ship, as the mappings that `calibration.parse` takes.
+        parameters: what the step reads: the calibration and what design() makes of the vehicle.
+        measurement, command: signals, all floats; wired to the plant by name.
+        init: kernel (parameters, state, measurement, command) for the moment the controller takes over.
+        step: kernel (parameters, state, measurement, command, dt) -> status; status 0 is good.
+        period: default time between two steps, s.
+    """
+
+    name: str
+    meaning: str
+    plants: tuple[str, ...]
+    calibration: type[Record]
+    calibrations: Callable[[], Mapping[str, Mapping[str, Any]]]
+    default_calibration: str
+    parameters: type[Record]
+    state: type[Record]
+    measurement: type[Record]
+    command: type[Record]
+    design: Design
+    init: Kernel[..., None]
+    step: Kernel[..., int]
+    period: float = 0.01

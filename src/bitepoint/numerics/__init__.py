@@ -1,0 +1,1 @@
+"""Numerics that run inside kernels: integration, table lookup, filters."""

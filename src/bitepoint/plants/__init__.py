@@ -1,0 +1,1 @@
+"""Whole plants: records and a step kernel each."""

@@ -1,0 +1,369 @@
+"""Vehicle with a dual-clutch transmission, moving off on clutch 1 with clutch 2 open.
+
+Four degrees of freedom: engine e, driven plate 1, axle 6 (half-shaft inboard end), wheel v (vehicle).
+While the clutch slips [1, eq. 9]:
+
+    (Ie + lambda) dwe/dt = T' - ce we - Tc            I1 dw1/dt = Tc - Td,  Td = k1 (th1 - th3) + c1 (w1 - w3)
+    J6 dw6/dt = i Td - loss - To                      Iv dwv/dt = To - Tv,  To = ko (th6 - thv) + co (w6 - wv)
+
+with w3 = i w6. Locked, engine and plate turn as one until the torque between them exceeds the capacity [1, eq. 10].
+The vehicle is held at standstill until To exceeds grade plus rolling resistance; later it sticks only by its rolling
+resistance. Lock, unlock, release and stop are located within the step. There is no term m dv/dt in Tv, as eq. 11
+of [1] has: Iv holds all of the inertia.
+
+[1] Yang et al., doi:10.11835/j.issn.1000-582X.2020.014
+"""
+
+from __future__ import annotations
+
+from bitepoint.errors import InputError
+from bitepoint.kernels import is_finite, kernel, sign, to_index
+from bitepoint.numerics.integration import clearer, copier, runge_kutta_4
+from bitepoint.parts.body import Body, Road, air_coefficient, grade_torque, rolling_torque
+from bitepoint.parts.clutch import Clutch, clutch_capacity
+from bitepoint.parts.engine import Engine, engine_torque, throttle_effect, throttle_for
+from bitepoint.parts.gears import Gearbox, axle_side_inertia, gear_loss_torque, overall_ratio
+from bitepoint.parts.shaft import Shaft, shaft_energy, shaft_loss, shaft_torque
+from bitepoint.plants.plant import Plant
+from bitepoint.records import Record, RecordArray, count, nested, quantity
+
+
+class Solver(Record):
+    """How the plant is integrated."""
+
+    substep: float = quantity("s", 1e-6, 0.002, "step of the Runge-Kutta rule", default=0.0005)
+
+
+class DctParameters(Record):
+    """A vehicle with a dual-clutch transmission, and the road it stands on."""
+
+    vehicle: Body = nested(Body, "the body")
+    engine: Engine = nested(Engine, "the engine")
+    clutch: Clutch = nested(Clutch, "clutch 1, which the vehicle moves off with")
+    damper: Shaft = nested(Shaft, "torsional damper behind clutch 1, at the speed of the input shaft")
+    gearbox: Gearbox = nested(Gearbox, "gearbox and final drive")
+    halfshaft: Shaft = nested(Shaft, "both half-shafts and tyres, at the speed of the wheels")
+    road: Road = nested(Road, "the road")
+    solver: Solver = nested(Solver, "the integration")
+
+
+class DctMotion(Record):
+    """What is integrated. Work and losses count from the start; every loss only grows."""
+
+    engine_speed: float = quantity("rad/s", -2000, 2000, "engine")
+    plate_speed: float = quantity("rad/s", -2000, 2000, "driven plate of clutch 1")
+    axle_speed: float = quantity("rad/s", -500, 500, "half-shafts, inboard end")
+    wheel_speed: float = quantity("rad/s", -500, 500, "wheels; vehicle speed over wheel radius")
+    damper_twist: float = quantity("rad", -10, 10, "driven plate against input shaft")
+    halfshaft_twist: float = quantity("rad", -10, 10, "axle against wheel")
+    distance: float = quantity("m", -1e6, 1e6, "way of the vehicle")
+    engine_work: float = quantity("J", -1e9, 1e9, "work of the steady engine torque")
+    friction_work: float = quantity("J", 0, 1e9, "heat in the clutch")
+    engine_loss: float = quantity("J", 0, 1e9, "heat from the viscous friction of the engine")
+    damper_loss: float = quantity("J", 0, 1e9, "heat in the torsional damper")
+    gear_loss: float = quantity("J", 0, 1e9, "heat in the gears")
+    halfshaft_loss: float = quantity("J", 0, 1e9, "heat in half-shafts and tyres")
+    road_loss: float = quantity("J", 0, 1e9, "work against rolling and air resistance")
+
+
+class DctMode(Record):
+    """What is constant over a substep: the discrete modes, and all that follows from parameters and inputs alone."""
+
+    locked: int = count(0, 1, "1 while clutch 1 does not slip")
+    hill_hold: int = count(0, 1, "1 until the vehicle first moves: it cannot roll back")
+    slip_direction: float = quantity("1", -1, 1, "sign of engine speed minus plate speed")
+    rolling_direction: float = quantity("1", -1, 1, "sign of the vehicle's motion; 0 while it stands")
+    throttle_effect: float = quantity("1", 0, 50, "see parts.engine")
+    capacity: float = quantity("N*m", 0, 30_000, "torque that clutch 1 can carry")
+    ratio: float = quantity("1", 0, 2500, "engine side speed over axle speed")
+    engine_inertia: float = quantity("kg*m^2", 0, 25, "engine with its transient loss")
+    axle_inertia: float = quantity("kg*m^2", 0, 1000, "all that turns with the axle, at the axle")
+    vehicle_inertia: float = quantity("kg*m^2", 0, 200_000, "mass at the wheel")
+    grade_torque: float = quantity("N*m", -1e6, 1e6, "of the grade, at the wheel")
+    rolling_torque: float = quantity("N*m", 0, 1e6, "of the rolling resistance, at the wheel")
+    air_coefficient: float = quantity("N*m*s^2/rad^2", 0, 1000, "air resistance over wheel speed squared")
+
+
+class DctState(Record):
+    """State of the plant."""
+
+    motion: DctMotion = nested(DctMotion, "what is integrated")
+    mode: DctMode = nested(DctMode, "what is constant over a substep")
+
+
+class DctWork(Record):
+    """Scratch of the integrator."""
+
+    start: DctMotion = nested(DctMotion, "motion at the start of the substep")
+    stage: DctMotion = nested(DctMotion, "motion at a stage")
+    slope: DctMotion = nested(DctMotion, "rates at a stage")
+    sum: DctMotion = nested(DctMotion, "weighted sum of the rates")
+
+
+class DctInputs(Record):
+    """What the actuators do."""
+
+    throttle: float = quantity("1", 0, 1, "throttle opening")
+    clutch_torque_command: float = quantity("N*m", 0, 10_000, "commanded capacity of clutch 1")
+
+
+class DctOutputs(Record):
+    """What can be seen of the vehicle."""
+
+    engine_speed: float = quantity("rad/s", -2000, 2000, "engine speed")
+    clutch_speed: float = quantity("rad/s", -2000, 2000, "speed of the driven plate of clutch 1")
+    slip_speed: float = quantity("rad/s", -2000, 2000, "engine speed minus clutch speed")
+    input_shaft_speed: float = quantity("rad/s", -2000, 2000, "gearbox input, behind the torsional damper")
+    wheel_speed: float = quantity("rad/s", -500, 500, "speed of the driven wheels")
+    vehicle_speed: float = quantity("m/s", -150, 150, "speed of the vehicle; positive forwards")
+    vehicle_acceleration: float = quantity("m/s^2", -100, 100, "acceleration of the vehicle")
+    distance: float = quantity("m", -1e6, 1e6, "way since the start")
+    engine_torque: float = quantity("N*m", -500, 5000, "engine torque with its transient loss")
+    clutch_torque: float = quantity("N*m", -10_000, 10_000, "torque that clutch 1 carries")
+    damper_torque: float = quantity("N*m", -1e5, 1e5, "torque of the torsional damper")
+    halfshaft_torque: float = quantity("N*m", -1e6, 1e6, "torque of both half-shafts")
+    road_torque: float = quantity("N*m", -1e6, 1e6, "grade, rolling and air resistance at the wheels")
+    clutch_locked: float = quantity("1", 0, 1, "1 while clutch 1 does not slip")
+    vehicle_held: float = quantity("1", 0, 1, "1 while the vehicle is held at standstill")
+    engine_work: float = quantity("J", -1e9, 1e9, "work of the steady engine torque since the start")
+    friction_heat: float = quantity("J", 0, 1e9, "heat in the clutch since the start")
+    losses: float = quantity("J", 0, 1e9, "all other heat and resistance since the start")
+    stored_energy: float = quantity("J", -1e9, 1e9, "kinetic, elastic and potential energy")
+
+
+@kernel
+def rates(p: DctParameters, m: DctMode, x: DctMotion, d: DctMotion) -> None:
+    """Write dx/dt into `d`."""
+    engine = engine_torque(p.engine, m.throttle_effect, x.engine_speed)
+    friction = p.engine.friction * x.engine_speed
+    damper_slip = x.plate_speed - m.ratio * x.axle_speed
+    damper = shaft_torque(p.damper, x.damper_twist, damper_slip)
+    halfshaft_slip = x.axle_speed - x.wheel_speed
+    halfshaft = shaft_torque(p.halfshaft, x.halfshaft_twist, halfshaft_slip)
+    gear_loss = gear_loss_torque(p.gearbox, m.ratio * damper, x.axle_speed)
+    drag = m.air_coefficient * x.wheel_speed * abs(x.wheel_speed) + m.rolling_direction * m.rolling_torque
+    clutch = m.slip_direction * m.capacity
+    if m.locked == 1:
+        d.engine_speed = (engine - friction - damper) / (m.engine_inertia + p.clutch.plate_inertia)
+        d.plate_speed = d.engine_speed
+        d.friction_work = 0.0
+    else:
+        d.engine_speed = (engine - friction - clutch) / m.engine_inertia
+        d.plate_speed = (clutch - damper) / p.clutch.plate_inertia
+        d.friction_work = clutch * (x.engine_speed - x.plate_speed)
+    d.axle_speed = (m.ratio * damper - gear_loss - halfshaft) / m.axle_inertia
+    if m.rolling_direction == 0.0:
+        d.wheel_speed = 0.0
+    else:
+        d.wheel_speed = (halfshaft - m.grade_torque - drag) / m.vehicle_inertia
+    d.damper_twist = damper_slip
+    d.halfshaft_twist = halfshaft_slip
+    d.distance = p.vehicle.wheel_radius * x.wheel_speed
+    d.engine_work = engine * x.engine_speed
+    d.engine_loss = friction * x.engine_speed
+    d.damper_loss = shaft_loss(p.damper, damper_slip)
+    d.gear_loss = gear_loss * x.axle_speed
+    d.halfshaft_loss = shaft_loss(p.halfshaft, halfshaft_slip)
+    d.road_loss = drag * x.wheel_speed
+
+
+integrate = runge_kutta_4("integrate_dct", rates, DctMotion, DctWork)
+keep = copier("keep_dct", DctMotion)
+clear = clearer("clear_dct", DctMotion)
+
+
+@kernel
+def locked_torque(p: DctParameters, m: DctMode, x: DctMotion) -> float:
+    """Return the torque, N m, that the clutch would have to carry to keep engine and plate together."""
+    engine = engine_torque(p.engine, m.throttle_effect, x.engine_speed) - p.engine.friction * x.engine_speed
+    damper = shaft_torque(p.damper, x.damper_twist, x.plate_speed - m.ratio * x.axle_speed)
+    share = p.clutch.plate_inertia / (m.engine_inertia + p.clutch.plate_inertia)
+    return damper + share * (engine - damper)
+
+
+@kernel
+def wheel_pull(p: DctParameters, m: DctMode, x: DctMotion) -> float:
+    """Return half-shaft torque minus grade torque, N m: what pulls a standing vehicle forwards."""
+    return shaft_torque(p.halfshaft, x.halfshaft_twist, x.axle_speed - x.wheel_speed) - m.grade_torque
+
+
+@kernel
+def crossed(p: DctParameters, m: DctMode, x: DctMotion) -> bool:
+    """Return whether the modes no longer fit the motion."""
+    if m.locked == 1:
+        clutch = abs(locked_torque(p, m, x)) > m.capacity
+    else:
+        clutch = (x.engine_speed - x.plate_speed) * m.slip_direction < 0.0
+    if m.rolling_direction == 0.0:
+        pull = wheel_pull(p, m, x)
+        wheel = pull > m.rolling_torque or (m.hill_hold == 0 and pull < -m.rolling_torque)
+    else:
+        wheel = x.wheel_speed * m.rolling_direction < 0.0
+    return clutch or wheel
+
+
+@kernel
+def switch_clutch(p: DctParameters, m: DctMode, x: DctMotion) -> None:
+    """Lock or unlock the clutch where its mode no longer fits."""
+    if m.locked == 1:
+        torque = locked_torque(p, m, x)
+        if abs(torque) > m.capacity:
+            m.locked = 0
+            m.slip_direction = sign(torque)
+    elif (x.engine_speed - x.plate_speed) * m.slip_direction <= 0.0:
+        momentum = m.engine_inertia * x.engine_speed + p.clutch.plate_inertia * x.plate_speed
+        x.engine_speed = momentum / (m.engine_inertia + p.clutch.plate_inertia)
+        x.plate_speed = x.engine_speed
+        torque = locked_torque(p, m, x)
+        if abs(torque) <= m.capacity:
+            m.locked = 1
+        else:
+            m.slip_direction = sign(torque)
+
+
+@kernel
+def switch_wheel(p: DctParameters, m: DctMode, x: DctMotion) -> None:
+    """Stop the vehicle at zero speed, or release it, where its mode no longer fits."""
+    if x.wheel_speed * m.rolling_direction < 0.0:
+        x.wheel_speed = 0.0
+        m.rolling_direction = 0.0
+    if m.rolling_direction == 0.0:
+        pull = wheel_pull(p, m, x)
+        if pull > m.rolling_torque:
+            m.rolling_direction = 1.0
+            m.hill_hold = 0
+        elif m.hill_hold == 0 and pull < -m.rolling_torque:
+            m.rolling_direction = -1.0
+
+
+@kernel
+def advance(p: DctParameters, s: DctState, w: DctWork, h: float) -> float:
+    """Integrate over h, or to the first event before it; return the time that went by, s."""
+    keep(w.start, s.motion)
+    integrate(p, s.mode, s.motion, w, h)
+    passed = h
+    if crossed(p, s.mode, s.motion):
+        before = 0.0
+        for bisection in range(40):
+            middle = 0.5 * (before + passed)
+            keep(s.motion, w.start)
+            integrate(p, s.mode, s.motion, w, middle)
+            if crossed(p, s.mode, s.motion):
+                passed = middle
+            else:
+                before = middle
+        keep(s.motion, w.start)
+        integrate(p, s.mode, s.motion, w, passed)
+    return passed
+
+
+@kernel
+def substep(p: DctParameters, s: DctState, w: DctWork, h: float) -> None:
+    """Advance by h through up to 8 events; more than those are left to the next substep."""
+    left = h
+    for event in range(8):
+        if left > 0.0:
+            switch_clutch(p, s.mode, s.motion)
+            switch_wheel(p, s.mode, s.motion)
+            left = left - advance(p, s, w, left)
+    if left > 0.0:
+        integrate(p, s.mode, s.motion, w, left)
+
+
+@kernel
+def prepare(p: DctParameters, m: DctMode, u: DctInputs) -> None:
+    """Write into the mode what follows from parameters and inputs."""
+    m.throttle_effect = throttle_effect(p.engine, u.throttle)
+    m.capacity = clutch_capacity(p.clutch, u.clutch_torque_command)
+    m.ratio = overall_ratio(p.gearbox)
+    m.engine_inertia = p.engine.inertia + p.engine.transient_loss
+    m.axle_inertia = axle_side_inertia(p.gearbox)
+    m.vehicle_inertia = p.vehicle.mass * p.vehicle.wheel_radius**2
+    m.grade_torque = grade_torque(p.vehicle, p.road)
+    m.rolling_torque = rolling_torque(p.vehicle, p.road)
+    m.air_coefficient = air_coefficient(p.vehicle, p.road)
+
+
+@kernel
+def stored_energy(p: DctParameters, m: DctMode, x: DctMotion) -> float:
+    """Return kinetic, elastic and potential energy, J."""
+    turning = m.engine_inertia * x.engine_speed**2 + p.clutch.plate_inertia * x.plate_speed**2
+    driving = m.axle_inertia * x.axle_speed**2 + m.vehicle_inertia * x.wheel_speed**2
+    elastic = shaft_energy(p.damper, x.damper_twist) + shaft_energy(p.halfshaft, x.halfshaft_twist)
+    return 0.5 * (turning + driving) + elastic + m.grade_torque * x.distance / p.vehicle.wheel_radius
+
+
+@kernel
+def observe(p: DctParameters, s: DctState, y: DctOutputs, w: DctWork) -> None:
+    """Write the outputs."""
+    rates(p, s.mode, s.motion, w.slope)
+    engine = engine_torque(p.engine, s.mode.throttle_effect, s.motion.engine_speed)
+    damper_slip = s.motion.plate_speed - s.mode.ratio * s.motion.axle_speed
+    y.engine_speed = s.motion.engine_speed
+    y.clutch_speed = s.motion.plate_speed
+    y.slip_speed = s.motion.engine_speed - s.motion.plate_speed
+    y.input_shaft_speed = s.mode.ratio * s.motion.axle_speed
+    y.wheel_speed = s.motion.wheel_speed
+    y.vehicle_speed = p.vehicle.wheel_radius * s.motion.wheel_speed
+    y.vehicle_acceleration = p.vehicle.wheel_radius * w.slope.wheel_speed
+    y.distance = s.motion.distance
+    y.engine_torque = engine - p.engine.transient_loss * w.slope.engine_speed
+    if s.mode.locked == 1:
+        y.clutch_torque = locked_torque(p, s.mode, s.motion)
+    else:
+        y.clutch_torque = s.mode.slip_direction * s.mode.capacity
+    y.damper_torque = shaft_torque(p.damper, s.motion.damper_twist, damper_slip)
+    y.halfshaft_torque = wheel_pull(p, s.mode, s.motion) + s.mode.grade_torque
+    y.road_torque = y.halfshaft_torque - s.mode.vehicle_inertia * w.slope.wheel_speed
+    y.clutch_locked = 1.0 if s.mode.locked == 1 else 0.0
+    y.vehicle_held = 1.0 if s.mode.rolling_direction == 0.0 else 0.0
+    y.engine_work = s.motion.engine_work
+    y.friction_heat = s.motion.friction_work
+    y.losses = s.motion.engine_loss + s.motion.damper_loss + s.motion.gear_loss
+    y.losses = y.losses + s.motion.halfshaft_loss + s.motion.road_loss
+    y.stored_energy = stored_energy(p, s.mode, s.motion)
+
+
+@kernel
+def init(p: DctParameters, s: DctState, u: DctInputs, y: DctOutputs, w: DctWork) -> None:
+    """Stand still, held, with clutch 1 open and the engine at idle, at the throttle that balances its friction."""
+    clear(s.motion)
+    s.motion.engine_speed = p.engine.idle_speed
+    s.mode.locked = 0
+    s.mode.hill_hold = 1
+    s.mode.slip_direction = 1.0
+    s.mode.rolling_direction = 0.0
+    u.throttle = throttle_for(p.engine, p.engine.friction * p.engine.idle_speed, p.engine.idle_speed)
+    u.clutch_torque_command = 0.0
+    prepare(p, s.mode, u)
+    observe(p, s, y, w)
+
+
+@kernel
+def step(p: DctParameters, s: DctState, u: DctInputs, y: DctOutputs, w: DctWork, dt: float) -> int:
+    """Advance by dt; return 0, or 1 where a number is no longer finite."""
+    prepare(p, s.mode, u)
+    substeps = to_index(dt / p.solver.substep + 0.999, 1, 100_000)
+    h = dt / substeps
+    for i in range(substeps):
+        substep(p, s, w, h)
+    switch_clutch(p, s.mode, s.motion)
+    switch_wheel(p, s.mode, s.motion)
+    observe(p, s, y, w)
+    return 0 if is_finite(y.stored_energy) and is_finite(y.engine_work) else 1
+
+
+def check(parameters: RecordArray, where: str) -> None:
+    """Raise InputError where parameters, each in its range, contradict each other."""
+    for p in parameters:
+        gearbox, engine = p["gearbox"], p["engine"]
+        gear = int(gearbox["gear"])
+        for number in {1, 2, gear}:
+            if gearbox["ratios"][number - 1] <= 0.0:
+                raise InputError(where, f"gearbox.ratios: gear {number} has no ratio", "expected a number above 0")
+        if engine["idle_speed"] >= engine["speed_limit"]:
+            mend = "expected it below engine.speed_limit"
+            raise InputError(where, f"engine.idle_speed: got {engine['idle_speed']:g} rad/s", mend)
+
+
+PLANT = Plant("dct", DctParameters, DctState, DctInputs, DctOutputs, DctWork, init, step, check)

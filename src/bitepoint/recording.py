@@ -1,0 +1,104 @@
+"""Recordings: named channels with units over one time raster, simulated or measured; Parquet out and in."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from bitepoint.cache import write_atomically
+from bitepoint.errors import InputError
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Name, unit (pint spelling, SI) and meaning of one signal."""
+
+    name: str
+    unit: str
+    meaning: str = ""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Signals over time.
+
+    Attributes:
+        time: s, shape (n,), strictly increasing.
+        channels: what the rows of `data` are.
+        data: shape (channels, n), SI.
+        about: where it comes from: scenario, status, settings, version; values are text.
+    """
+
+    time: Floats
+    channels: tuple[Channel, ...]
+    data: Floats
+    about: Mapping[str, str] = field(default_factory=dict[str, str])
+
+    def __post_init__(self) -> None:
+        if self.data.shape != (len(self.channels), len(self.time)):
+            raise ValueError(f"data is {self.data.shape}, expected {(len(self.channels), len(self.time))}")
+
+    def __contains__(self, name: str) -> bool:
+        return any(channel.name == name for channel in self.channels)
+
+    def __getitem__(self, name: str) -> Floats:
+        """Return the channel `name`, shape (n,).
+
+        Raises:
+            KeyError: there is no such channel; the message names those that there are.
+        """
+        for channel, row in zip(self.channels, self.data, strict=True):
+            if channel.name == name:
+                return row
+        raise KeyError(f"no channel {name}; there are {', '.join(channel.name for channel in self.channels)}")
+
+    def to_parquet(self, path: str | Path) -> None:
+        """Write a Parquet file: a column `time` and one per channel, unit and meaning in each column's metadata."""
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        columns = [(Channel("time", "s", "time"), self.time), *zip(self.channels, self.data, strict=True)]
+        fields = [pa.field(c.name, pa.float64(), False, {"unit": c.unit, "meaning": c.meaning}) for c, _ in columns]
+        schema = pa.schema(fields, metadata={"bitepoint": json.dumps(dict(self.about), ensure_ascii=False)})
+        stream = io.BytesIO()
+        pq.write_table(pa.Table.from_arrays([pa.array(values) for _, values in columns], schema=schema), stream)
+        write_atomically(Path(path), stream.getvalue())
+
+    @staticmethod
+    def from_parquet(path: str | Path) -> Recording:
+        """Read what `to_parquet` wrote.
+
+        Raises:
+            InputError: no such file, no Parquet, or no column `time`.
+        """
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        try:
+            table = pq.read_table(Path(path))
+        except FileNotFoundError:
+            raise InputError(str(path), "no such file", "check the path") from None
+        except (pa.ArrowException, OSError) as error:
+            raise InputError(str(path), f"no Parquet file ({str(error).splitlines()[0][:60]})", "check it") from None
+        if "time" not in table.column_names:
+            raise InputError(str(path), "no column time", "expected a recording that bitepoint wrote")
+        channels = tuple(_channel(f) for f in table.schema if f.name != "time")
+        data = np.array([table[channel.name].to_numpy() for channel in channels], float)
+        about: Any = json.loads((table.schema.metadata or {}).get(b"bitepoint", b"{}"))
+        time = table["time"].to_numpy().astype(float)
+        return Recording(time, channels, data.reshape(len(channels), len(time)), about)
+
+
+def _channel(arrow_field: Any) -> Channel:
+    metadata: dict[bytes, bytes] = arrow_field.metadata or {}
+    unit, meaning = metadata.get(b"unit", b"1").decode(), metadata.get(b"meaning", b"").decode()
+    return Channel(arrow_field.name, unit, meaning)

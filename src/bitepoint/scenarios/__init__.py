@@ -1,0 +1,6 @@
+"""Scenario files: which vehicle does what, on which road, and when the run ends."""
+
+from bitepoint.scenarios.pedal import PedalLog, read_pedal_log
+from bitepoint.scenarios.scenario import Scenario, Timing, load_scenario, scenario_names
+
+__all__ = ["PedalLog", "Scenario", "Timing", "load_scenario", "read_pedal_log", "scenario_names"]

@@ -1,0 +1,125 @@
+"""The scenario file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+from bitepoint.errors import InputError
+from bitepoint.files import find, library_names, read_yaml
+from bitepoint.records import Curve, Record, RecordArray, curve, quantity
+from bitepoint.units import UnitError, parse
+
+
+class Timing(Record):
+    """Times of a run."""
+
+    duration: float = quantity("s", 0.01, 100_000, "time after which the run has timed out", default=10.0)
+    tick: float = quantity("s", 1e-5, 0.1, "step of the plant and raster of the recording", default=0.002)
+
+
+class PedalTrace(Record):
+    """A pedal over time."""
+
+    trace: Curve = curve(("time", "s", 0, 1e6), ("pedal", "1", 0, 1), "pedal over time, constant beyond its ends")
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A scenario file, read and checked, except for the blocks that its plant has to know.
+
+    Attributes:
+        intents: pedal trace by intent, each (time s, pedal 0..1).
+        road: block for the plant; rules: stop rules, their limits still to be read in the signal's unit.
+    """
+
+    name: str
+    where: str
+    meaning: str
+    plant: str
+    vehicle: str
+    controller: str
+    metrics: str
+    intent: str
+    intents: Mapping[str, tuple[Sequence[float], Sequence[float]]]
+    road: Mapping[str, Any]
+    timing: RecordArray
+    rules: Sequence[Mapping[str, Any]]
+
+
+_TEXTS = ("plant", "vehicle", "controller", "metrics", "intent")
+_KEYS = ("meaning", *_TEXTS, "intents", "road", "timing", "stop")
+_RULE_KEYS = {"status", "signal", "above", "below", "hold", "reason"}
+
+
+def scenario_names() -> list[str]:
+    """Return the names of the scenarios in the library."""
+    return library_names("scenarios")
+
+
+def load_scenario(name: str) -> Scenario:
+    """Return the library scenario `name`, or the one in the YAML file at that path.
+
+    Raises:
+        InputError: no such scenario, an unknown or missing key, or a value of the wrong kind.
+    """
+    path = find("scenarios", name, "scenario")
+    data = read_yaml(path)
+    where = str(path)
+    for key in data:
+        if key not in _KEYS:
+            raise InputError(where, f"{key}: unknown key", f"expected one of {', '.join(_KEYS)}")
+    for key in (*_TEXTS, "intents", "stop"):
+        if key not in data:
+            raise InputError(where, f"{key}: missing", "see the library scenario dct-launch for an example")
+    texts = {key: _text(data[key], where, key) for key in _TEXTS}
+    intents = {str(key): _trace(value, where, f"intents.{key}") for key, value in _block(data, "intents", where).items()}
+    if texts["intent"] not in intents:
+        raise InputError(where, f"intent: got {texts['intent']}", f"expected one of {', '.join(intents)}")
+    timing = Timing.parse(data.get("timing", {}), where, "timing")
+    road = _block(data, "road", where) if "road" in data else {}
+    meaning = str(data.get("meaning", ""))
+    rules = _rules(data["stop"], where)
+    return Scenario(path.stem, where, meaning, **texts, intents=intents, road=road, timing=timing, rules=rules)
+
+
+def _text(value: object, where: str, key: str) -> str:
+    if not isinstance(value, str):
+        raise InputError(where, f"{key}: got {value!r}", "expected a name")
+    return value
+
+
+def _block(data: Mapping[str, Any], key: str, where: str) -> Mapping[str, Any]:
+    value = data[key]
+    if not isinstance(value, Mapping):
+        raise InputError(where, f"{key}: got {value!r}", "expected a block of keys")
+    return cast("Mapping[str, Any]", value)
+
+
+def _trace(value: object, where: str, key: str) -> tuple[Sequence[float], Sequence[float]]:
+    try:
+        trace = PedalTrace.parse({"trace": value}, where, "")["trace"][0]
+    except InputError as error:
+        raise InputError(where, error.problem.replace("trace", key, 1), error.mend) from None
+    points = int(trace["points"])
+    return trace["x"][:points].tolist(), trace["y"][:points].tolist()
+
+
+def _rules(value: object, where: str) -> Sequence[Mapping[str, Any]]:
+    rules = cast("Sequence[object]", value)
+    if not isinstance(value, list) or not all(isinstance(rule, Mapping) for rule in rules):
+        raise InputError(where, "stop: not a list of rules", "expected - {status: ..., signal: ..., above: ...}")
+    result: list[Mapping[str, Any]] = []
+    for number, entry in enumerate(rules):
+        rule = {str(name): item for name, item in cast("Mapping[object, Any]", entry).items()}
+        unknown = set(rule) - _RULE_KEYS
+        if unknown or "status" not in rule or "signal" not in rule or ("above" in rule) == ("below" in rule):
+            mend = "expected status, signal, above or below, and perhaps hold and reason"
+            raise InputError(where, f"stop[{number}]: got keys {', '.join(rule)}", mend)
+        try:
+            rule["hold"] = parse(rule.get("hold", 0.0), "s")
+        except UnitError as error:
+            raise InputError(where, f"stop[{number}].hold: {error}", "expected a time, such as 0.5 s") from None
+        result.append(rule)
+    return result

@@ -1,0 +1,1 @@
+"""The closed loop: rates, lags, delays and noise between a plant and its controllers."""
