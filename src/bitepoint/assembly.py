@@ -12,11 +12,14 @@ import numpy as np
 from bitepoint.controllers import launch_pid, none
 from bitepoint.controllers.controller import Controller
 from bitepoint.errors import InputError
+from bitepoint.kernels import Kernel
+from bitepoint.numerics.filters import butterworth_forward_backward
 from bitepoint.plants import dct
 from bitepoint.plants.plant import Plant
 from bitepoint.recording import Channel
 from bitepoint.records import Record, RecordArray
 from bitepoint.scenarios import PedalLog, Scenario, Timing, load_scenario, read_pedal_log
+from bitepoint.simulation.loop import run_lane
 from bitepoint.simulation.system import Imperfections, Part, Profile, StopRule, System
 from bitepoint.units import UnitError, parse
 from bitepoint.vehicles import Vehicle, load_vehicle
@@ -26,6 +29,9 @@ PLANTS: Mapping[str, Plant] = {plant.name: plant for plant in (dct.PLANT,)}
 
 CONTROLLERS: Mapping[str, Controller] = {c.name: c for c in (none.CONTROLLER, launch_pid.CONTROLLER)}
 """All controllers, by name."""
+
+PEDAL = Channel("pedal", "1", "accelerator pedal, 0 released, 1 fully pressed")
+"""The signal that every scenario gives."""
 
 SET = "--set"
 """What errors name as the place of a setting."""
@@ -217,19 +223,18 @@ def _controller_part(controller: Controller, parameters: RecordArray) -> Part:
 
 
 def _pedal(scenario: Scenario, settings: Settings) -> Profile:
-    channel = Channel("pedal", "1", "accelerator pedal, 0 released, 1 fully pressed")
     if "pedal" in settings.choices:
         if "intent" in settings.choices:
             raise InputError(SET, "intent: given with pedal=FILE", "leave one of them out")
         time, pedal = read_pedal_log(_pedal_log(str(settings.choices["pedal"]), settings.group("pedal")))
-        return Profile(channel, time, pedal)
+        return Profile(PEDAL, time, pedal)
     if settings.group("pedal"):
         raise InputError(SET, f"pedal.{next(iter(settings.group('pedal')))}: no log", "add --set pedal=FILE")
     intent = str(settings.choices.get("intent", scenario.intent))
     if intent not in scenario.intents:
         raise InputError("intent", f"got {intent}", f"expected one of {', '.join(scenario.intents)}")
     times, values = scenario.intents[intent]
-    return Profile(channel, np.array(times, float), np.array(values, float))
+    return Profile(PEDAL, np.array(times, float), np.array(values, float))
 
 
 def _pedal_log(file: str, settings: Mapping[str, Any]) -> PedalLog:
@@ -282,3 +287,18 @@ def _imperfections(plant: Plant, controller: Controller, settings: Settings) -> 
                 raise InputError(SET, f"{kind}.{name}: got {value}", "expected 0 or more")
             values[kind][name] = number
     return Imperfections(**values)
+
+
+def signals() -> list[Channel]:
+    """Return every signal that plants and controllers show, each once."""
+    records = [plant.outputs for plant in PLANTS.values()]
+    records += [controller.command for controller in CONTROLLERS.values()]
+    found = {f.name: Channel(f.name, f.unit, f.meaning) for record in records for f in record.fields.values()}
+    return [PEDAL, *found.values()]
+
+
+def all_kernels() -> list[Kernel[..., Any]]:
+    """Return every kernel that is compiled for itself: those of all parts, the loop and the filters."""
+    parts = [*PLANTS.values(), *CONTROLLERS.values()]
+    kernels: list[Kernel[..., Any]] = [kernel for part in parts for kernel in (part.init, part.step)]
+    return [*kernels, run_lane, butterworth_forward_backward]

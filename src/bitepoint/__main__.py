@@ -1,0 +1,5 @@
+"""`python -m bitepoint` is `bitepoint`."""
+
+from bitepoint.cli import main
+
+main()

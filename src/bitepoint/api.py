@@ -1,0 +1,164 @@
+"""The public face: run a scenario, get figures, a recording, a picture.
+
+    import bitepoint
+    result = bitepoint.run("dct-launch", intent="urgent")
+    result.metrics["launch_time"].value
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bitepoint import __version__
+from bitepoint.assembly import Assembly, assemble
+from bitepoint.cache import write_atomically
+from bitepoint.errors import InputError
+from bitepoint.kernels import Life
+from bitepoint.metrics import FAMILIES, Metric, Metrics
+from bitepoint.recording import Floats, Recording
+from bitepoint.simulation.run import LaneResult, Simulation
+
+
+@dataclass(frozen=True)
+class Result:
+    """One run.
+
+    Attributes:
+        status: "launched", "stalled", "rolled back", "timed out" or "not finite" for a launch; reason: a sentence.
+        metrics: figures of merit by name, each with .value (None where it does not exist) and .unit.
+        recording: all signals over time.
+    """
+
+    scenario: str
+    status: str
+    reason: str
+    metrics: Metrics
+    recording: Recording
+
+    def figure(self) -> Any:
+        """Return the interactive picture, a plotly Figure."""
+        from bitepoint.report.launch import launch_figure
+
+        return launch_figure(self.recording, f"{self.scenario}: {self.status}, {self.reason}")
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what `bitepoint run --json` prints."""
+        metrics = {name: {"value": metric.value, "unit": metric.unit} for name, metric in self.metrics.items()}
+        return {"scenario": self.scenario, "status": self.status, "reason": self.reason, "metrics": metrics}
+
+    def save(self, folder: str | Path) -> list[Path]:
+        """Write recording.parquet, metrics.json and launch.html into `folder`, made if needed; return their paths.
+
+        Raises:
+            InputError: the folder cannot be written.
+        """
+        from bitepoint.report.launch import launch_page
+
+        target = Path(folder)
+        page = launch_page(self.recording, self.metrics, self.status, self.reason)
+        paths = [target / name for name in ("recording.parquet", "metrics.json", "launch.html")]
+        try:
+            target.mkdir(parents=True, exist_ok=True)
+            self.recording.to_parquet(paths[0])
+            write_atomically(paths[1], (json.dumps(self.to_json(), indent=2, allow_nan=False) + "\n").encode())
+            write_atomically(paths[2], page.encode())
+        except OSError as error:
+            raise InputError(str(folder), f"cannot be written ({error.strerror})", "choose another folder") from None
+        return paths
+
+
+@dataclass(frozen=True)
+class BatchResult:
+    """Many runs.
+
+    Attributes:
+        status, reason: one per lane.
+        metrics: figures of merit by name, shape (lanes,), NaN where a figure does not exist.
+        units: their units.
+        recordings: of the lanes that were asked for, by lane.
+    """
+
+    scenario: str
+    status: Sequence[str]
+    reason: Sequence[str]
+    metrics: Mapping[str, Floats]
+    units: Mapping[str, str]
+    recordings: Mapping[int, Recording]
+
+
+def run(scenario: str = "dct-launch", *, seed: int = 0, life: Life = "compiled", **settings: Any) -> Result:
+    """Run a scenario once.
+
+    Args:
+        scenario: name in the library, or path of a scenario file.
+        seed: of the noise.
+        life: "compiled", or "interpreted" to step through kernels in a debugger (slow).
+        settings: as `--set` takes them, a dot written as two underscores: vehicle__mass="1900 kg", intent="urgent";
+            or as they are, through a mapping: run("dct-launch", **{"road.grade": "20 %"}).
+
+    Raises:
+        InputError: whatever in the files or the settings is not as it should be.
+    """
+    assembly = assemble(scenario, _dotted(settings))
+    lane = Simulation(assembly.system, life=life).run(FAMILIES[assembly.scenario.metrics], seed=seed)[0]
+    return _result(assembly, lane, seed)
+
+
+def run_batch(  # noqa: PLR0913
+    scenario: str,
+    over: Mapping[str, Sequence[Any]],
+    *,
+    record: Collection[int] = (),
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Callable[[int], None] | None = None,
+    **settings: Any,
+) -> BatchResult:
+    """Run a scenario in many lanes at once, over all processors, in bounded memory.
+
+    Args:
+        over: what differs: dotted keys of plant or controller, each with one value per lane.
+        record: lanes whose recordings are kept; the figures are kept of all.
+        seed: of the noise; lane n has its own stream whatever the other lanes are.
+        progress: called with the number of lanes that have just ended.
+    """
+    assembly = assemble(scenario, _dotted(settings), over)
+    family = FAMILIES[assembly.scenario.metrics]
+    units: dict[str, str] = {}
+
+    def figures(recording: Recording) -> Floats:
+        found = family(recording)
+        if not units:
+            units.update({name: metric.unit for name, metric in found.items()})
+        return np.array([np.nan if metric.value is None else metric.value for metric in found.values()])
+
+    simulation = Simulation(assembly.system)
+    lanes = simulation.run(
+        figures, lanes=assembly.lanes, record=record, seed=seed, threads=threads, progress=progress
+    )
+    table = np.array([lane.figures for lane in lanes])
+    recordings = {n: lane.recording for n, lane in enumerate(lanes) if lane.recording is not None}
+    return BatchResult(
+        assembly.scenario.name, [lane.status for lane in lanes], [lane.reason for lane in lanes],
+        {name: table[:, k] for k, name in enumerate(units)}, units, recordings,
+    )  # fmt: skip
+
+
+def _dotted(settings: Mapping[str, Any]) -> dict[str, Any]:
+    return {key.replace("__", "."): value for key, value in settings.items()}
+
+
+def _result(assembly: Assembly, lane: LaneResult[Metrics], seed: int) -> Result:
+    assert lane.recording is not None
+    about = {**assembly.about, "status": lane.status, "reason": lane.reason, "seed": str(seed), "version": __version__}
+    recording = replace(lane.recording, about=about)
+    return Result(assembly.scenario.name, lane.status, lane.reason, lane.figures, recording)
+
+
+__all__ = ["BatchResult", "Metric", "Result", "run", "run_batch"]

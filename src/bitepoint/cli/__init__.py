@@ -1,0 +1,44 @@
+"""The command line: one file per verb, each parses and delegates."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from bitepoint.cli.list import list_parts
+from bitepoint.cli.run import run
+from bitepoint.cli.warmup import warmup
+from bitepoint.errors import BitepointError
+
+app = typer.Typer(
+    name="bitepoint",
+    help="Open bench for vehicle launch and driveline torque control.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+app.command("run")(run)
+app.command("list")(list_parts)
+app.command("warmup")(warmup)
+
+
+@app.callback(invoke_without_command=True)
+def _options(version: bool = typer.Option(False, "--version", help="Show the version and exit.", is_eager=True)) -> None:  # pyright: ignore[reportUnusedFunction]
+    if version:
+        from bitepoint import __version__
+
+        typer.echo(f"bitepoint {__version__}")
+        raise typer.Exit
+
+
+def main() -> None:
+    """Run the command line: exit 0 when it was carried out, 2 on bad input, 1 on a fault of ours."""
+    try:
+        app()
+    except BitepointError as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(2)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(0)
