@@ -1,8 +1,8 @@
 """The public face: run a scenario, get figures, a recording, a picture.
 
-    import bitepoint
-    result = bitepoint.run("dct-launch", intent="urgent")
-    result.metrics["launch_time"].value
+import bitepoint
+result = bitepoint.run("dct-launch", intent="urgent")
+result.metrics["launch_time"].value
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def run(scenario: str = "dct-launch", *, seed: int = 0, life: Life = "compiled",
     return _result(assembly, lane, seed)
 
 
-def run_batch(  # noqa: PLR0913
+def run_batch(
     scenario: str,
     over: Mapping[str, Sequence[Any]],
     *,
@@ -139,9 +139,7 @@ def run_batch(  # noqa: PLR0913
         return np.array([np.nan if metric.value is None else metric.value for metric in found.values()])
 
     simulation = Simulation(assembly.system)
-    lanes = simulation.run(
-        figures, lanes=assembly.lanes, record=record, seed=seed, threads=threads, progress=progress
-    )
+    lanes = simulation.run(figures, lanes=assembly.lanes, record=record, seed=seed, threads=threads, progress=progress)
     table = np.array([lane.figures for lane in lanes])
     recordings = {n: lane.recording for n, lane in enumerate(lanes) if lane.recording is not None}
     return BatchResult(

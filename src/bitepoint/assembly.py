@@ -65,9 +65,7 @@ class Assembly:
     about: Mapping[str, str]
 
 
-def assemble(
-    scenario: str, settings: Mapping[str, Any], over: Mapping[str, Sequence[Any]] | None = None
-) -> Assembly:
+def assemble(scenario: str, settings: Mapping[str, Any], over: Mapping[str, Sequence[Any]] | None = None) -> Assembly:
     """Return the closed loop of a library scenario, or of a scenario file, with settings applied.
 
     Args:

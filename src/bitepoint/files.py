@@ -63,7 +63,7 @@ def parse_yaml(text: str, where: str) -> dict[str, Any]:
 def parse_yaml_value(text: str, where: str) -> Any:
     """Return the value that a YAML text holds; `where` is named in errors."""
     try:
-        return yaml.load(text, _StrictLoader)  # noqa: S506 - a safe loader, made stricter
+        return yaml.load(text, _StrictLoader)
     except yaml.MarkedYAMLError as error:
         mark = "" if error.problem_mark is None else f" in line {error.problem_mark.line + 1}"
         raise InputError(where, f"not YAML: {error.problem}{mark}", "mend the syntax") from None

@@ -96,7 +96,7 @@ class Field:
         return f"expected {many}{noun} in {self.low:g}..{self.high:g}{unit}"
 
 
-def quantity(  # noqa: PLR0913 - one flat line per field is the point
+def quantity(
     unit: str,
     low: float,
     high: float,
@@ -360,7 +360,9 @@ def _parse_curve(field: Field, value: object, where: str, key: str) -> RecordArr
         mend = f"expected 2 to {CURVE_POINTS} points and as many in each"
         raise InputError(where, f"{key}: got {len(xs)} and {len(ys)} points", mend)
     if any(after <= before for before, after in zip(xs, xs[1:], strict=False)):
-        raise InputError(where, f"{key}.{names[0]}: not strictly increasing", "sort the points and remove repeated ones")
+        raise InputError(
+            where, f"{key}.{names[0]}: not strictly increasing", "sort the points and remove repeated ones"
+        )
     spare = CURVE_POINTS - len(xs)
     result["points"] = len(xs)
     result["x"] = xs + [xs[-1]] * spare

@@ -124,4 +124,3 @@ def _memory_file() -> Path:
 def display(unit: str) -> str:
     """Return `unit` as a person reads it: "N*m" as "N m", "1" as nothing."""
     return {"1": ""}.get(unit, unit.replace("*", " ").replace("^2", "²").replace("^3", "³"))
-

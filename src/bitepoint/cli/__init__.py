@@ -24,7 +24,9 @@ app.command("warmup")(warmup)
 
 
 @app.callback(invoke_without_command=True)
-def _options(version: bool = typer.Option(False, "--version", help="Show the version and exit.", is_eager=True)) -> None:  # pyright: ignore[reportUnusedFunction]
+def _options(
+    version: bool = typer.Option(False, "--version", help="Show the version and exit.", is_eager=True),
+) -> None:  # pyright: ignore[reportUnusedFunction]
     if version:
         from bitepoint import __version__
 

@@ -39,9 +39,7 @@ def engine_speed_reset(s: EngineSpeedState, throttle: float) -> None:
 
 
 @kernel
-def engine_speed_step(
-    c: EngineSpeedCalibration, s: EngineSpeedState, target: float, speed: float, dt: float
-) -> float:
+def engine_speed_step(c: EngineSpeedCalibration, s: EngineSpeedState, target: float, speed: float, dt: float) -> float:
     """Return the throttle, 0..1, for the next dt (s) from the target and the measured speed (rad/s)."""
     error = clamp(target - speed, -2000.0, 2000.0)
     change = c.kp * (error - s.error) + c.ki * dt * error + c.kd * (error - 2.0 * s.error + s.error_before) / dt

@@ -134,9 +134,7 @@ def init(p: LaunchPidParameters, s: LaunchPidState, m: LaunchPidMeasurement, c: 
 
 
 @kernel
-def step(
-    p: LaunchPidParameters, s: LaunchPidState, m: LaunchPidMeasurement, c: LaunchPidCommand, dt: float
-) -> int:
+def step(p: LaunchPidParameters, s: LaunchPidState, m: LaunchPidMeasurement, c: LaunchPidCommand, dt: float) -> int:
     """Command throttle and clutch for the next dt (s); return 0, or 1 where a measurement is no number.
 
     A measurement that is no number leaves the commands as they are.

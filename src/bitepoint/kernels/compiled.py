@@ -157,7 +157,9 @@ def _compile(text: str, file: Path) -> bytes:
 
 
 ENTRY_NAME = "bitepoint_entry"
-_DECLARATION = re.compile(r"^declare (?P<type>.+?) @(?P<name>[\w.]+)\((?P<parameters>.*?)\)[^()\n]*(?:#\d+)?$", re.MULTILINE)
+_DECLARATION = re.compile(
+    r"^declare (?P<type>.+?) @(?P<name>[\w.]+)\((?P<parameters>.*?)\)[^()\n]*(?:#\d+)?$", re.MULTILINE
+)
 _OUTSIDE = frozenset({"memset", "memcpy", "memmove", "fabs", "floor", "ceil", "pow", *MATHS})
 
 
@@ -168,7 +170,9 @@ def _without_python(declaration: re.Match[str]) -> str:
     """
     if declaration["name"].startswith("llvm.") or declaration["name"] in _OUTSIDE:
         return declaration[0]
-    return f"define internal {declaration['type']} @{declaration['name']}({declaration['parameters']}) {{ unreachable }}"
+    return (
+        f"define internal {declaration['type']} @{declaration['name']}({declaration['parameters']}) {{ unreachable }}"
+    )
 
 
 @cache
@@ -296,4 +300,3 @@ def max(a, b):
 
 '''
 """What every generated module begins with."""
-

@@ -16,6 +16,7 @@ from functools import cache
 from typing import Any
 
 from bitepoint.kernels.kernel import ENTRY, Kernel, Parameter
+from bitepoint.kernels.source import loaded
 from bitepoint.records import Field, Record
 
 _pending: list[BaseException] = []
@@ -172,7 +173,7 @@ class _Elements:
 class _SafeArithmetic(ast.NodeTransformer):
     """Exchange what raises in Python for the shims below."""
 
-    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:  # noqa: N802
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
         self.generic_visit(node)
         if isinstance(node.op, ast.Div):
             return _call("_divide", [node.left, node.right], node)
@@ -180,7 +181,7 @@ class _SafeArithmetic(ast.NodeTransformer):
             return _call("_square", [node.left], node)
         return node
 
-    def visit_Call(self, node: ast.Call) -> ast.AST:  # noqa: N802
+    def visit_Call(self, node: ast.Call) -> ast.AST:
         self.generic_visit(node)
         function = node.func
         if isinstance(function, ast.Attribute) and isinstance(function.value, ast.Name) and function.value.id == "math":
@@ -189,12 +190,12 @@ class _SafeArithmetic(ast.NodeTransformer):
             return _call(f"_{function.id}", node.args, node)
         return node
 
-    def visit_AugAssign(self, node: ast.AugAssign) -> ast.AST:  # noqa: N802
+    def visit_AugAssign(self, node: ast.AugAssign) -> ast.AST:
         self.generic_visit(node)
-        if isinstance(node.op, ast.Div) and isinstance(node.target, ast.Name):
-            value = _call("_divide", [ast.Name(node.target.id, ast.Load()), node.value], node)
-            return ast.copy_location(ast.Assign([node.target], value), node)
-        return node
+        if not isinstance(node.op, ast.Div):
+            return node
+        value = _call("_divide", [loaded(node.target), node.value], node)
+        return ast.copy_location(ast.Assign([node.target], value), node)
 
 
 def _call(name: str, arguments: list[ast.expr], at: ast.AST) -> ast.Call:
@@ -205,7 +206,7 @@ def _call(name: str, arguments: list[ast.expr], at: ast.AST) -> ast.Call:
 def _divide(a: float, b: float) -> float:
     if b != 0.0:
         return a / b
-    if a == 0.0 or a != a:  # noqa: PLR0124 - NaN
+    if a == 0.0 or a != a:
         return math.nan
     return math.copysign(math.inf, a) * math.copysign(1.0, b)
 

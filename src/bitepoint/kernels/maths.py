@@ -36,4 +36,3 @@ def to_index(x: float, low: int, high: int) -> int:
     elif x > low:
         y = int(x)
     return y
-

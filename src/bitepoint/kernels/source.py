@@ -68,6 +68,14 @@ def _definitions(file: str, text: str) -> dict[tuple[str, int], ast.FunctionDef]
     return found
 
 
+def loaded(target: ast.expr) -> ast.expr:
+    """Return the place that an assignment writes, as an expression that reads it."""
+    parsed = ast.parse(ast.unparse(target), mode="eval").body
+    for node in ast.walk(parsed):
+        ast.copy_location(node, target)
+    return parsed
+
+
 def define(name: str, text: str, namespace: dict[str, Any]) -> Callable[..., Any]:
     """Return the function `name` that `text` defines, with its source known to debuggers and to `source_of`."""
     digest = hashlib.sha256(text.encode()).hexdigest()[:8]

@@ -60,4 +60,3 @@ def _runge_kutta_lines(rates: str, fields: list[str]) -> Iterator[str]:
             yield f"    w.stage.{field} = x.{field} + {step} * w.slope.{field}"
         yield f"    {rates}(p, mode, w.stage, w.slope)"
     yield from (f"    x.{field} = w.sum.{field} + sixth * w.slope.{field}" for field in fields)
-

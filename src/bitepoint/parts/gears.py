@@ -9,7 +9,9 @@ from bitepoint.records import FloatArray, Record, count, quantity
 class Gearbox(Record):
     """A gearbox with final drive. Gears 1, 3, 5, 7 hang on clutch 1, the even ones on clutch 2."""
 
-    ratios: FloatArray = quantity("1", 0, 50, "gear ratios, 1st first; 0 where there is no gear", shape=(8,), padded=True)
+    ratios: FloatArray = quantity(
+        "1", 0, 50, "gear ratios, 1st first; 0 where there is no gear", shape=(8,), padded=True
+    )
     final_drive: float = quantity("1", 0.5, 50, "ratio of the final drive")
     efficiency: float = quantity("1", 0.5, 1, "share of the power that passes, in either direction")
     gear: int = count(1, 8, "engaged gear", default=1)

@@ -74,7 +74,9 @@ def load_scenario(name: str) -> Scenario:
         if key not in data:
             raise InputError(where, f"{key}: missing", "see the library scenario dct-launch for an example")
     texts = {key: _text(data[key], where, key) for key in _TEXTS}
-    intents = {str(key): _trace(value, where, f"intents.{key}") for key, value in _block(data, "intents", where).items()}
+    intents = {
+        str(key): _trace(value, where, f"intents.{key}") for key, value in _block(data, "intents", where).items()
+    }
     if texts["intent"] not in intents:
         raise InputError(where, f"intent: got {texts['intent']}", f"expected one of {', '.join(intents)}")
     timing = Timing.parse(data.get("timing", {}), where, "timing")

@@ -99,9 +99,7 @@ def start_lane(
 
 
 @kernel(trusted=True)
-def read_wires(
-    plan: LoopPlan, b: int, tick: int, signals: FloatArray, buffers: FloatArray, noise: FloatArray
-) -> None:
+def read_wires(plan: LoopPlan, b: int, tick: int, signals: FloatArray, buffers: FloatArray, noise: FloatArray) -> None:
     """Bring the inputs of block b up to date: dead time, then noise, then lag."""
     turn = tick // plan.block[b].every
     for n in range(plan.wires):

@@ -54,7 +54,7 @@ class Simulation:
         self.profiles = self._profiles()
         loop.run_lane.entry("compiled")
 
-    def run(  # noqa: PLR0913
+    def run(
         self,
         figures: Callable[[Recording], F],
         *,
@@ -85,7 +85,9 @@ class Simulation:
                 if progress is not None:
                     progress(len(span))
             return [result for part in results for result in part]
-        return _in_threads(self, spans, workers, lambda workspace, span: workspace.run(span, figures, kept, seed), progress)
+        return _in_threads(
+            self, spans, workers, lambda workspace, span: workspace.run(span, figures, kept, seed), progress
+        )
 
     def _recording_bytes(self) -> int:
         return 8 * (self.ticks + 1) * len(self.layout.channels)
