@@ -80,10 +80,10 @@ def jerk(recording: Recording, end: float) -> Floats:
     Vehicle speed sampled at 100 Hz, differenced twice, cut at the end of the window, then filtered forwards and
     backwards by a Butterworth filter of order 2 at 10 Hz. Other orders of these steps give 7.2 to 14 m/s^3 for one run.
     """
-    start, rate = recording.time[0], JERK_SAMPLING
-    raster = start + np.arange(math.floor((end - start) * rate + 1e-6) + 1) / rate
-    speed = np.interp(raster, recording.time, recording["vehicle_speed"])
-    result = np.ascontiguousarray(np.diff(speed, 2) * rate**2)
+    start, rate = float(recording.time[0]), JERK_SAMPLING
+    raster = start + np.arange(math.floor((end - start) * rate + 1e-6) + 1, dtype=np.float64) / rate
+    speed: Floats = np.interp(raster, recording.time, recording["vehicle_speed"])
+    result: Floats = np.ascontiguousarray(np.diff(speed, 2) * rate**2)
     if result.size >= 2:
         work = np.empty(result.size + 2 * PADDING)
         butterworth_forward_backward.run(result, result.size, JERK_CUTOFF / rate, work)

@@ -63,9 +63,7 @@ class Recording:
 
     def to_parquet(self, path: str | Path) -> None:
         """Write a Parquet file: a column `time` and one per channel, unit and meaning in each column's metadata."""
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
+        pa, pq = _arrow()
         columns = [(Channel("time", "s", "time"), self.time), *zip(self.channels, self.data, strict=True)]
         fields = [pa.field(c.name, pa.float64(), False, {"unit": c.unit, "meaning": c.meaning}) for c, _ in columns]
         schema = pa.schema(fields, metadata={"bitepoint": json.dumps(dict(self.about), ensure_ascii=False)})
@@ -80,9 +78,7 @@ class Recording:
         Raises:
             InputError: no such file, no Parquet, or no column `time`.
         """
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
+        pa, pq = _arrow()
         try:
             table = pq.read_table(Path(path))
         except FileNotFoundError:
@@ -91,11 +87,19 @@ class Recording:
             raise InputError(str(path), f"no Parquet file ({str(error).splitlines()[0][:60]})", "check it") from None
         if "time" not in table.column_names:
             raise InputError(str(path), "no column time", "expected a recording that bitepoint wrote")
-        channels = tuple(_channel(f) for f in table.schema if f.name != "time")
+        columns: list[Any] = list(table.schema)
+        channels = tuple(_channel(column) for column in columns if column.name != "time")
         data = np.array([table[channel.name].to_numpy() for channel in channels], float)
         about: Any = json.loads((table.schema.metadata or {}).get(b"bitepoint", b"{}"))
         time = table["time"].to_numpy().astype(float)
         return Recording(time, channels, data.reshape(len(channels), len(time)), about)
+
+
+def _arrow() -> tuple[Any, Any]:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    return pa, pq
 
 
 def _channel(arrow_field: Any) -> Channel:

@@ -15,9 +15,11 @@ Every number is a float64 or an int64, so that a record is the same bytes to Num
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, ClassVar, Protocol, TypeVar, cast
 
 import numpy as np
@@ -142,7 +144,7 @@ class Record:
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        annotations = cls.__dict__.get("__annotations__", {})
+        annotations = inspect.get_annotations(cls)
         fields: dict[str, Field] = {}
         for name, annotation in annotations.items():
             declared = cls.__dict__.get(name)
@@ -198,7 +200,7 @@ class Record:
         )
 
     @classmethod
-    def assign(cls, target: RecordArray, key: str, value: object, where: str) -> None:
+    def assign(cls, target: RecordArray, key: str, value: Any, where: str) -> None:
         """Set the field at the dotted path `key` of every record in `target` to `value`, validated.
 
         `value` may also be a sequence of one value per record of `target`, where the field is a scalar.
@@ -207,7 +209,7 @@ class Record:
             InputError: no such field, or a value that it does not take; `target` is then unchanged.
         """
         field, view = cls.locate(target, key, where)
-        if isinstance(value, np.ndarray | list | tuple) and not field.shape and field.kind in ("float", "int"):
+        if not isinstance(value, str) and np.ndim(value) == 1 and not field.shape and field.kind in ("float", "int"):
             values = cast("Sequence[object]", value)
             if len(values) != len(target):
                 mend = f"expected {len(target)} values, one per lane"
@@ -299,16 +301,21 @@ def _store(view: RecordArray, field: Field, value: object, where: str, key: str)
         view[...] = _scalar(field, value, where, key)
 
 
-def _scalar(field: Field, value: object, where: str, key: str) -> float:
+def _scalar(field: Field, value: Any, where: str, key: str) -> float:
+    plain = _python_number(value)
     try:
-        number = parse(value.item() if isinstance(value, np.generic) else value, field.unit)
+        number = parse(plain, field.unit)
     except UnitError as error:
         raise InputError(where, f"{key}: {error}", field.expected()) from None
     if not field.low <= number <= field.high or not math.isfinite(number):
-        raise InputError(where, f"{key}: got {_brief(value)}", field.expected())
+        raise InputError(where, f"{key}: got {_brief(plain)}", field.expected())
     if field.kind == "int" and number != int(number):
-        raise InputError(where, f"{key}: got {_brief(value)}", field.expected())
+        raise InputError(where, f"{key}: got {_brief(plain)}", field.expected())
     return number
+
+
+def _python_number(value: Any) -> object:
+    return cast("object", value.item()) if isinstance(value, np.generic) else value
 
 
 def _parse_array(field: Field, value: object, where: str, key: str) -> RecordArray:
@@ -359,7 +366,7 @@ def _parse_curve(field: Field, value: object, where: str, key: str) -> RecordArr
     if not 2 <= len(xs) <= CURVE_POINTS or len(xs) != len(ys):
         mend = f"expected 2 to {CURVE_POINTS} points and as many in each"
         raise InputError(where, f"{key}: got {len(xs)} and {len(ys)} points", mend)
-    if any(after <= before for before, after in zip(xs, xs[1:], strict=False)):
+    if any(after <= before for before, after in pairwise(xs)):
         raise InputError(
             where, f"{key}.{names[0]}: not strictly increasing", "sort the points and remove repeated ones"
         )

@@ -103,7 +103,8 @@ def _ask_pint(text: str, unit: str) -> list[float]:
 def _registry() -> Any:
     import pint
 
-    return pint.UnitRegistry(cache_folder=":auto:")
+    library: Any = pint
+    return library.UnitRegistry(cache_folder=":auto:")
 
 
 @cache

@@ -45,6 +45,9 @@ class LaunchPidCalibration(Record):
     clutch_rate: Curve = curve(_PEDAL, ("rate", "N*m/s", 1, 1e5), "how fast it rises: the wanted jerk")
     touch_delay: float = quantity("s", 0, 5, "time from pedal onset until the clutch touches")
     clutch_kp: float = quantity("N*m*s/rad", 0, 100, "clutch torque per engine-speed error", default=0.0)
+    clutch_deadband: float = quantity(
+        "rad/s", 0, 200, "speed error that the clutch leaves to the throttle", default=0.0
+    )
     clutch_ki: float = quantity("N*m/rad", 0, 1000, "clutch torque rate per engine-speed error", default=0.0)
     closing_slip: float = quantity("rad/s", 0.01, 100, "slip below which the clutch closes")
     closing_rate: float = quantity("N*m/s", 1, 1e5, "how fast it closes")
@@ -107,9 +110,10 @@ def next_phase(c: LaunchPidCalibration, s: LaunchPidState, pedal: float, slip: f
 
 
 @kernel
-def slipping_torque(c: LaunchPidCalibration, s: LaunchPidState, pedal: float, error: float, dt: float) -> float:
+def slipping_torque(c: LaunchPidCalibration, s: LaunchPidState, pedal: float, speed_error: float, dt: float) -> float:
     """Return the clutch torque while slipping, N m: risen feed-forward plus correction by the speed error."""
     goal = lookup(c.clutch_torque, pedal)
+    error = speed_error - clamp(speed_error, -c.clutch_deadband, c.clutch_deadband)
     rise = lookup(c.clutch_rate, pedal) * dt
     touching = s.time >= c.touch_delay
     if touching:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from bitepoint.kernels.interpreted import raise_pending
 from bitepoint.kernels.kernel import ENTRY, Kernel, Life, Parameter, addresses_of
+from bitepoint.records import RecordArray
 
 _SCALARS: dict[str, Any] = {"float": np.float64, "int": np.int64, "bool": np.int64}
 _VECTORS: dict[str, Any] = {"floats": np.float64, "ints": np.int64}
@@ -35,12 +36,13 @@ def call(kernel: Kernel[..., Any], arguments: tuple[Any, ...], life: Life) -> An
     return result.astype(bool) if kernel.result == "bool" and result is not None else result
 
 
-def _array(kernel: Kernel[..., Any], parameter: Parameter, argument: Any) -> np.ndarray[Any, Any]:
+def _array(kernel: Kernel[..., Any], parameter: Parameter, argument: Any) -> RecordArray:
+    array: RecordArray
     if parameter.record is not None:
         if not isinstance(argument, np.ndarray) or argument.dtype != parameter.record.dtype or argument.ndim != 1:
             wanted = parameter.record.__name__
             raise TypeError(f"{kernel.name}: {parameter.name} must be a 1-D array of {wanted} records")
-        array: np.ndarray[Any, Any] = argument
+        array = cast("RecordArray", argument)
     else:
         kind = (_SCALARS | _VECTORS)[parameter.kind]
         array = np.atleast_1d(np.asarray(argument, kind))

@@ -63,11 +63,11 @@ class Expressions:
 
     def range_of(self, node: ast.expr) -> Value:
         """Return the integers that a loop over `node` runs through."""
-        is_range = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "range"
-        if not is_range or not 1 <= len(node.args) <= 3 or node.keywords:  # pyright: ignore[reportAttributeAccessIssue]
+        if not isinstance(node, ast.Call) or ast.unparse(node.func) != "range" or node.keywords:
             raise self.source.fail(node, "a loop over something else than range", "use for i in range(...)")
-        arguments: list[ast.expr] = node.args  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType, reportUnknownVariableType]
-        bounds = [self.value(argument) for argument in arguments]
+        bounds = [self.value(argument) for argument in node.args]
+        if not 1 <= len(bounds) <= 3:
+            raise self.source.fail(node, f"range with {len(bounds)} arguments", "it takes 1 to 3")
         if any(bound.kind != "int" for bound in bounds):
             raise self.source.fail(node, "range of something else than integers", "use to_index(x, low, high)")
         step = bounds[2] if len(bounds) == 3 else integer(1, 1)

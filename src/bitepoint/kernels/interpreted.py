@@ -65,11 +65,12 @@ def raise_pending() -> None:
 def _callback(kernel: Kernel[..., Any]) -> Any:
     function, parameters = kernel.interpreted, kernel.parameters
     result = None if kernel.result == "none" else _SCALARS[kernel.result]
-    pointer = ctypes.POINTER(ctypes.c_int64)
+    pointer: Any = ctypes.POINTER(ctypes.c_int64)
+    cast: Any = ctypes.cast
 
     def run(arguments: int, steps: int, lanes: int) -> None:
+        bases, strides = cast(arguments, pointer), cast(steps, pointer)
         try:
-            bases, strides = ctypes.cast(arguments, pointer), ctypes.cast(steps, pointer)
             for lane in range(lanes):
                 values = [_argument(p, bases[k] + lane * strides[k]) for k, p in enumerate(parameters)]
                 value = function(*values)
@@ -105,8 +106,9 @@ class View:
 def view_class(record: type[Record]) -> type[View]:
     """Return the class of views on records of this type."""
     members: dict[str, Any] = {"__slots__": ()}
+    offsets: Any = record.dtype.fields
     for name, field in record.fields.items():
-        members[name] = _member(field, record.dtype.fields[name][1])  # pyright: ignore[reportOptionalSubscript]
+        members[name] = _member(field, offsets[name][1])
     return type(record.__name__, (View,), members)
 
 

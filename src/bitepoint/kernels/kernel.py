@@ -14,7 +14,7 @@ import ctypes
 import typing
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Generic, Literal, ParamSpec, TypeVar, overload
 
 import numpy as np
@@ -154,7 +154,7 @@ def kernel(function: Any = None, /, *, trusted: bool = False) -> Any:
     A trusted kernel is not checked: it is part of the machinery (it drives others, or makes a check itself).
     """
     if function is None:
-        return lambda decorated: Kernel(decorated, trusted=trusted)  # pyright: ignore[reportUnknownLambdaType, reportUnknownVariableType]
+        return partial(Kernel[Any, Any], trusted=trusted)
     return Kernel(function, trusted=trusted)
 
 

@@ -244,7 +244,7 @@ def advance(p: DctParameters, s: DctState, w: DctWork, h: float) -> float:
     passed = h
     if crossed(p, s.mode, s.motion):
         before = 0.0
-        for bisection in range(40):
+        for _bisection in range(40):
             middle = 0.5 * (before + passed)
             keep(s.motion, w.start)
             integrate(p, s.mode, s.motion, w, middle)
@@ -261,7 +261,7 @@ def advance(p: DctParameters, s: DctState, w: DctWork, h: float) -> float:
 def substep(p: DctParameters, s: DctState, w: DctWork, h: float) -> None:
     """Advance by h through up to 8 events; more than those are left to the next substep."""
     left = h
-    for event in range(8):
+    for _event in range(8):
         if left > 0.0:
             switch_clutch(p, s.mode, s.motion)
             switch_wheel(p, s.mode, s.motion)
@@ -345,7 +345,7 @@ def step(p: DctParameters, s: DctState, u: DctInputs, y: DctOutputs, w: DctWork,
     prepare(p, s.mode, u)
     substeps = to_index(dt / p.solver.substep + 0.999, 1, 100_000)
     h = dt / substeps
-    for i in range(substeps):
+    for _i in range(substeps):
         substep(p, s, w, h)
     switch_clutch(p, s.mode, s.motion)
     switch_wheel(p, s.mode, s.motion)

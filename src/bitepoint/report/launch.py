@@ -42,9 +42,10 @@ _PANELS: Sequence[tuple[str, Sequence[tuple[str, str, float, str, str]]]] = (
 
 def launch_figure(recording: Recording, title: str) -> Any:
     """Return the Plotly figure of a launch; channels that the recording lacks are left out."""
-    from plotly.subplots import make_subplots
+    from plotly import subplots
 
-    figure: Any = make_subplots(rows=5, cols=1, shared_xaxes=True, vertical_spacing=0.028)
+    library: Any = subplots
+    figure = library.make_subplots(rows=5, cols=1, shared_xaxes=True, vertical_spacing=0.028)
     for row, (label, traces) in enumerate(_PANELS, 1):
         for name, text, scale, colour, dash in traces:
             if name in recording:
@@ -86,10 +87,12 @@ def _add_jerk(figure: Any, recording: Recording) -> None:
 
 def launch_page(recording: Recording, figures: Metrics, status: str, reason: str) -> str:
     """Return a self-contained HTML page: the figures of merit, the picture, and what was run."""
-    from plotly.io import to_html
+    from plotly import io
+
+    library: Any = io
 
     title = " · ".join(recording.about.get(key, "") for key in ("scenario", "vehicle", "controller"))
-    body: str = to_html(launch_figure(recording, ""), full_html=False, include_plotlyjs=True)
+    body: str = library.to_html(launch_figure(recording, ""), full_html=False, include_plotlyjs=True)
     cells = "".join(
         f"<tr><th>{html.escape(name.replace('_', ' '))}</th><td>{html.escape(str(metric))}</td></tr>"
         for name, metric in figures.items()
@@ -121,7 +124,7 @@ footer {{ color: #777; font-size: .85rem; margin: 1rem 0; }}
 <table>{cells}</table>
 {settings}
 {body}
-<footer>bitepoint {version}. Jerk: vehicle speed at 100 Hz, differenced twice, order-2 Butterworth forwards and backwards
-at 10 Hz. jerk peak counts to sync, jerk peak settled to sync + 0.5 s.</footer>
+<footer>bitepoint {version}. Jerk: vehicle speed at 100 Hz, differenced twice, order-2 Butterworth forwards and
+backwards at 10 Hz. jerk peak counts to sync, jerk peak settled to sync + 0.5 s.</footer>
 </body></html>
 """

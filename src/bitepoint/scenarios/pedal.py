@@ -80,16 +80,9 @@ def _cut(log: PedalLog, time: Floats, value: Floats, where: str) -> tuple[Floats
 
 
 def _read_table(path: Path) -> Any:
-    import pyarrow as pa
-
+    pa, csv, parquet = _arrow()
     try:
-        if path.suffix == ".parquet":
-            import pyarrow.parquet as pq
-
-            return pq.read_table(path)
-        from pyarrow import csv
-
-        return csv.read_csv(path)
+        return parquet.read_table(path) if path.suffix == ".parquet" else csv.read_csv(path)
     except FileNotFoundError:
         raise InputError(str(path), "no such file", "check the path") from None
     except (pa.ArrowException, OSError) as error:
@@ -97,9 +90,15 @@ def _read_table(path: Path) -> Any:
         raise InputError(str(path), f"cannot be read ({text})", "expected CSV with a header, or Parquet") from None
 
 
-def _floats(table: Any, name: str, where: str) -> Floats:
+def _arrow() -> tuple[Any, Any, Any]:
     import pyarrow as pa
+    from pyarrow import csv, parquet
 
+    return pa, csv, parquet
+
+
+def _floats(table: Any, name: str, where: str) -> Floats:
+    pa, _, _ = _arrow()
     try:
         return table[name].cast(pa.float64()).to_numpy(zero_copy_only=False).astype(float)
     except pa.ArrowException:

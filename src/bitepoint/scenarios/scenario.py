@@ -80,7 +80,7 @@ def load_scenario(name: str) -> Scenario:
     if texts["intent"] not in intents:
         raise InputError(where, f"intent: got {texts['intent']}", f"expected one of {', '.join(intents)}")
     timing = Timing.parse(data.get("timing", {}), where, "timing")
-    road = _block(data, "road", where) if "road" in data else {}
+    road = _block({"road": {}, **data}, "road", where)
     meaning = str(data.get("meaning", ""))
     rules = _rules(data["stop"], where)
     return Scenario(path.stem, where, meaning, **texts, intents=intents, road=road, timing=timing, rules=rules)

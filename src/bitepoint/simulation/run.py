@@ -16,7 +16,7 @@ from bitepoint.kernels.kernel import addresses_of
 from bitepoint.recording import Floats, Recording
 from bitepoint.records import RecordArray
 from bitepoint.simulation import loop
-from bitepoint.simulation.system import Layout, Part, System, argument_types, lay_out
+from bitepoint.simulation.system import Part, System, argument_types, lay_out
 
 F = TypeVar("F")
 
@@ -179,9 +179,8 @@ class _Workspace:
         self.held = np.zeros(loop.MOST_RULES, np.int64)
         self.channels = np.array([place for _, place in layout.channels], np.int64)
         self.periods = np.array([part.period for part in parts])
-        self.memory = [
-            {"state": part.state.zeros(), "work": None if part.work is None else part.work.zeros()} for part in parts
-        ]
+        self.memory = [_memory(part) for part in parts]
+        self.time: Floats = np.arange(simulation.ticks + 1, dtype=np.float64) * simulation.system.tick
         self.recording = np.empty((chunk, len(layout.channels), simulation.ticks + 1))
         self.outcome = loop.Outcome.zeros(chunk)
         slots = sum(len(part.init.parameters) + len(part.step.parameters) + 1 for part in parts)
@@ -200,7 +199,7 @@ class _Workspace:
             self._noise(span, seed), self.signals, self.buffers, self.statuses, self.held, self.channels,
             self.recording[:lanes].reshape(lanes, -1), self.outcome[:lanes],
         )  # fmt: skip
-        return [self._result(n, lane, figures, lane in kept) for n, lane in enumerate(span)]
+        return [self._result(n, figures, lane in kept) for n, lane in enumerate(span)]
 
     def _address(self, span: range) -> None:
         """Write the argument addresses of every lane: parameters differ from lane to lane, the rest is shared."""
@@ -221,9 +220,7 @@ class _Workspace:
 
     def _bases(self, index: int, part: Part) -> dict[str, int]:
         layout, memory = self.simulation.layout, self.memory[index]
-        arrays = {"parameters": part.parameters, "state": memory["state"]}
-        if memory["work"] is not None:
-            arrays["work"] = memory["work"]
+        arrays = {"parameters": part.parameters, **memory}
         base = {role: int(addresses_of([array])[0]) for role, array in arrays.items()}
         signals, statuses, periods = (int(a) for a in addresses_of([self.signals, self.statuses, self.periods]))
         places = {"inputs": signals + 8 * layout.inputs[index], "outputs": signals + 8 * layout.outputs[index]}
@@ -239,18 +236,22 @@ class _Workspace:
         shape = steps * len(simulation.noisy)
         return np.array([np.random.default_rng([seed, lane]).standard_normal(shape) for lane in span])
 
-    def _result(self, n: int, lane: int, figures: Callable[[Recording], F], keep: bool) -> LaneResult[F]:
+    def _result(self, n: int, figures: Callable[[Recording], F], keep: bool) -> LaneResult[F]:
         system, layout, outcome = self.simulation.system, self.simulation.layout, self.outcome[n]
         rows = int(outcome["rows"])
         data = self.recording[n, :, :rows]
         channels = tuple(channel for channel, _ in layout.channels)
-        time = np.arange(rows) * system.tick
-        status, reason = _sentence(system, layout, outcome)
-        recording = Recording(time, channels, data.copy() if keep else data)
+        status, reason = _sentence(system, outcome)
+        recording = Recording(self.time[:rows], channels, data.copy() if keep else data)
         return LaneResult(status, reason, figures(recording), recording if keep else None)
 
 
-def _sentence(system: System, layout: Layout, outcome: Any) -> tuple[str, str]:
+def _memory(part: Part) -> dict[str, RecordArray]:
+    memory = {"state": part.state.zeros()}
+    return memory if part.work is None else memory | {"work": part.work.zeros()}
+
+
+def _sentence(system: System, outcome: Any) -> tuple[str, str]:
     number, time = int(outcome["status"]), float(outcome["ticks"]) * system.tick
     if number >= 0:
         rule = system.rules[number]

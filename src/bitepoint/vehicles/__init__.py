@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 from bitepoint.errors import InputError
 from bitepoint.files import find, library_names, read_yaml
@@ -51,8 +51,9 @@ def load_vehicle(name: str) -> Vehicle:
     blocks: dict[str, Any] = {}
     sources: dict[str, str] = {}
     for key, block in data.items():
-        if isinstance(block, dict):
-            block = {str(name): value for name, value in block.items()}  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
-            sources[key] = str(block.pop("source", ""))
         blocks[key] = block
+        if isinstance(block, Mapping):
+            numbers = dict(cast("Mapping[str, Any]", block))
+            sources[key] = str(numbers.pop("source", ""))
+            blocks[key] = numbers
     return Vehicle(path.stem, plant, str(meaning), where, blocks, sources)
