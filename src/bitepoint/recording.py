@@ -90,7 +90,8 @@ class Recording:
         columns: list[Any] = list(table.schema)
         channels = tuple(_channel(column) for column in columns if column.name != "time")
         data = np.array([table[channel.name].to_numpy() for channel in channels], float)
-        about: Any = json.loads((table.schema.metadata or {}).get(b"bitepoint", b"{}"))
+        metadata: dict[bytes, bytes] = table.schema.metadata or {}
+        about: Any = json.loads(metadata.get(b"bitepoint", b"{}"))
         time = table["time"].to_numpy().astype(float)
         return Recording(time, channels, data.reshape(len(channels), len(time)), about)
 

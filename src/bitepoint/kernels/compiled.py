@@ -20,7 +20,7 @@ import numpy as np
 
 from bitepoint.cache import cache_folder, write_atomically
 from bitepoint.kernels.interpreted import MATHS
-from bitepoint.kernels.kernel import Kernel, Parameter
+from bitepoint.kernels.kernel import Kernel, Parameter, closure
 from bitepoint.records import Field, Record
 
 LOWERING = "1"
@@ -73,7 +73,7 @@ def _announce() -> None:
 def program(kernel: Kernel[..., Any]) -> str:
     """Return one self-contained module: constants, callees before callers, and the batch entry."""
     parts: dict[str, str] = {}
-    for member in _closure(kernel, ()):
+    for member in closure(kernel):
         for name, value in _constants(member):
             _define(member, parts, name, f"{name} = {value!r}\n")
         for alias, callee in member.callees.items():
@@ -81,14 +81,6 @@ def program(kernel: Kernel[..., Any]) -> str:
                 _define(member, parts, alias, f"{alias} = {callee.name}\n")
         _define(member, parts, member.name, f"@njit({_OPTIONS})\n{member.source.text}\n")
     return "\n".join([HEADER, *parts.values(), *_entry_text(kernel)])
-
-
-def _closure(kernel: Kernel[..., Any], callers: tuple[Kernel[..., Any], ...]) -> Iterator[Kernel[..., Any]]:
-    if kernel in callers:
-        raise kernel.source.fail(kernel.source.node, f"{kernel.name} calls itself", "write a loop: there is no stack")
-    for callee in kernel.callees.values():
-        yield from _closure(callee, (*callers, kernel))
-    yield kernel
 
 
 def _constants(kernel: Kernel[..., Any]) -> Iterator[tuple[str, float]]:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import ctypes
 import typing
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, Generic, Literal, ParamSpec, TypeVar, overload
@@ -156,6 +156,19 @@ def kernel(function: Any = None, /, *, trusted: bool = False) -> Any:
     if function is None:
         return partial(Kernel[Any, Any], trusted=trusted)
     return Kernel(function, trusted=trusted)
+
+
+def closure(kernel: Kernel[..., Any], callers: tuple[Kernel[..., Any], ...] = ()) -> Iterator[Kernel[..., Any]]:
+    """Yield all that `kernel` calls, callees before callers, and last the kernel itself; some more than once.
+
+    Raises:
+        SubsetError: a kernel calls itself, directly or through others.
+    """
+    if kernel in callers:
+        raise kernel.source.fail(kernel.source.node, f"{kernel.name} calls itself", "write a loop: there is no stack")
+    for callee in kernel.callees.values():
+        yield from closure(callee, (*callers, kernel))
+    yield kernel
 
 
 def addresses_of(arrays: list[np.ndarray[Any, Any]]) -> np.ndarray[Any, np.dtype[np.int64]]:

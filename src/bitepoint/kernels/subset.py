@@ -18,7 +18,7 @@ from functools import cache
 from typing import Any
 
 from bitepoint.kernels.expressions import Expressions
-from bitepoint.kernels.kernel import Kernel
+from bitepoint.kernels.kernel import Kernel, closure
 from bitepoint.kernels.source import Source, loaded
 from bitepoint.kernels.values import Value, integer, union
 
@@ -40,8 +40,9 @@ def check(kernel: Kernel[..., Any]) -> Checked:
     Raises:
         SubsetError: it is outside the subset; the error names file and line, and says what to write instead.
     """
-    for callee in kernel.callees.values():
-        check(callee)
+    for callee in dict.fromkeys(closure(kernel)):
+        if callee is not kernel:
+            check(callee)
     if kernel.trusted:
         return Checked({}, Value(kernel.result))
     return _Checker(kernel).run()

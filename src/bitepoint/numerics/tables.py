@@ -11,7 +11,7 @@ def lookup(table: Curve, x: float) -> float:
     """Return y(x) of the curve: linear between its points, constant beyond them, the first ordinate where x is NaN."""
     k = 0
     for i in range(1, 31):
-        if x < table.x[i] or i >= table.points - 1:
+        if i >= table.points - 1 or not (x >= table.x[i]):
             break
         k = i
     x0 = table.x[k]

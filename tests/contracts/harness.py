@@ -1,0 +1,89 @@
+"""Driving one plant or one controller by hand, for the contracts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from bitepoint.assembly import CONTROLLERS, PLANTS
+from bitepoint.controllers.controller import Controller
+from bitepoint.kernels import Life
+from bitepoint.plants.plant import Plant
+from bitepoint.records import Record, RecordArray
+from bitepoint.vehicles import load_vehicle, vehicle_names
+
+
+def plants_with_vehicles() -> Iterator[tuple[Plant, str]]:
+    """Every plant with every library vehicle that it is made for."""
+    for name in vehicle_names():
+        yield PLANTS[load_vehicle(name).plant], name
+
+
+def controllers_with_calibrations() -> Iterator[tuple[Controller, str]]:
+    """Every controller with every calibration that ships."""
+    for controller in CONTROLLERS.values():
+        for calibration in controller.calibrations():
+            yield controller, calibration
+
+
+def nominal(plant: Plant, vehicle: str) -> RecordArray:
+    """The parameters of a library vehicle on a level road."""
+    return plant.parameters.parse({**load_vehicle(vehicle).blocks, "road": {}}, vehicle)
+
+
+def designed(controller: Controller, calibration: str, vehicle: str = "dct-t240") -> RecordArray:
+    """The parameters of a controller designed for a library vehicle."""
+    values = {key: value for key, value in controller.calibrations()[calibration].items() if key != "source"}
+    parsed = controller.calibration.parse(values, calibration)
+    return controller.design(nominal(PLANTS[load_vehicle(vehicle).plant], vehicle), parsed)
+
+
+class PlantBench:
+    """A plant with its memory."""
+
+    def __init__(self, plant: Plant, parameters: RecordArray, life: Life = "compiled") -> None:
+        lanes = len(parameters)
+        self.plant, self.p, self.life = plant, parameters, life
+        self.x, self.u, self.y, self.w = (
+            record.zeros(lanes) for record in (plant.state, plant.inputs, plant.outputs, plant.work)
+        )
+        for array in (self.x, self.u, self.y, self.w):  # init must not rely on what was there
+            array.view(np.float64)[...] = 3.0
+        plant.init.run(self.p, self.x, self.u, self.y, self.w, life=life)
+
+    def step(self, dt: float = 0.002, **inputs: Any) -> np.ndarray:
+        """Set inputs, step, and return the status of every lane."""
+        for name, value in inputs.items():
+            self.u[name] = value
+        return self.plant.step.run(self.p, self.x, self.u, self.y, self.w, dt, life=self.life)
+
+
+class ControllerBench:
+    """A controller with its memory."""
+
+    def __init__(self, controller: Controller, parameters: RecordArray, life: Life = "compiled") -> None:
+        lanes = len(parameters)
+        self.controller, self.p, self.life = controller, parameters, life
+        self.s, self.m, self.c = (
+            record.zeros(lanes) for record in (controller.state, controller.measurement, controller.command)
+        )
+        controller.init.run(self.p, self.s, self.m, self.c, life=life)
+
+    def step(self, dt: float | None = None, **measurements: Any) -> np.ndarray:
+        """Set measurements, step, and return the status of every lane."""
+        for name, value in measurements.items():
+            self.m[name] = value
+        period = self.controller.period if dt is None else dt
+        return self.controller.step.run(self.p, self.s, self.m, self.c, period, life=self.life)
+
+
+def random_signals(record: type[Record], rng: np.random.Generator, shape: tuple[int, ...]) -> dict[str, np.ndarray]:
+    """Values of every field of a record of signals, uniform over its declared range."""
+    return {name: rng.uniform(field.low, field.high, shape) for name, field in record.fields.items()}
+
+
+def same_bits(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether two arrays of records hold the same numbers, every NaN the same."""
+    return np.array_equal(a.view(np.float64), b.view(np.float64), equal_nan=True)

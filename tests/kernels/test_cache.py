@@ -1,0 +1,130 @@
+"""The cache of compiled kernels: keyed by content, so that nothing stale is ever run."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bitepoint.kernels import Kernel, kernel
+from bitepoint.kernels.compiled import is_compiled, object_file, program
+from bitepoint.records import Record, quantity
+
+MODULE = """
+from __future__ import annotations
+
+from bitepoint.kernels import kernel
+from bitepoint.records import Record, quantity
+
+GAIN = {gain}
+
+class Data(Record):
+    x: float = quantity("1", 0, 1, "x"){extra}
+
+@kernel
+def callee(x: float) -> float:
+    return {body}
+
+@kernel
+def caller(d: Data) -> float:
+    return callee(d.x) * GAIN
+"""
+
+
+def build(tmp_path: Path, gain: float = 2.0, body: str = "x + 1.0", extra: str = "") -> Kernel[..., float]:
+    path = tmp_path / "module.py"
+    text = MODULE.format(gain=gain, body=body, extra=extra)
+    path.write_text(text)
+    namespace = {"__name__": "module"}
+    import linecache
+
+    linecache.checkcache(str(path))
+    exec(compile(text, str(path), "exec"), namespace)
+    return namespace["caller"]  # pyright: ignore
+
+
+def key(built: Kernel[..., float]) -> Path:
+    return object_file(built.name, program(built))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"gain": 3.0}, {"body": "x + 2.0"}, {"extra": '\n    y: float = quantity("1", 0, 1, "y")'}],
+    ids=["constant", "callee", "layout"],
+)
+def test_key_follows_what_the_kernel_depends_on(tmp_path: Path, change: dict[str, object]) -> None:
+    first = key(build(tmp_path))
+    (tmp_path / "module.py").unlink()
+    assert key(build(tmp_path, **change)) != first  # pyright: ignore
+    (tmp_path / "module.py").unlink()
+    assert key(build(tmp_path)) == first
+
+
+def test_program_holds_callees_before_callers(tmp_path: Path) -> None:
+    text = program(build(tmp_path))
+    assert text.index("def callee") < text.index("def caller") < text.index("def entry")
+
+
+def test_two_things_of_one_name_are_refused() -> None:
+    from bitepoint.errors import SubsetError
+
+    first = Kernel.generate("helper", "def helper(x: float) -> float:\n    return x\n", {})
+    second = Kernel.generate("helper", "def helper(x: float) -> float:\n    return 2.0 * x\n", {})
+    middle = Kernel.generate("middle", "def middle(x: float) -> float:\n    return helper(x)\n", {"helper": second})
+    text = "def top(x: float) -> float:\n    return helper(x) + middle(x)\n"
+    with pytest.raises(SubsetError, match="called helper"):
+        program(Kernel.generate("top", text, {"helper": first, "middle": middle}))
+
+
+SCRIPT = """
+import sys, json
+from bitepoint.assembly import all_kernels
+from bitepoint.numerics.filters import butterworth_forward_backward as k
+k.entry()
+print(json.dumps("numba" in sys.modules))
+"""
+
+
+def test_cold_start_says_so_once_and_warm_start_needs_no_numba(tmp_path: Path) -> None:
+    environment = {"BITEPOINT_CACHE": str(tmp_path), "PATH": "/usr/bin:/bin"}
+    cold = subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, env=environment, check=True)
+    assert cold.stderr.count("compiling") == 1
+    assert cold.stdout.strip() == "true"
+    warm = subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, env=environment, check=True)
+    assert warm.stderr == ""
+    assert warm.stdout.strip() == "false"
+    assert len(list((tmp_path / "kernels").glob("*.o"))) == 1
+
+
+def test_object_code_needs_only_the_maths_library() -> None:
+    import llvmlite.binding as llvm
+
+    from bitepoint.assembly import all_kernels
+    from bitepoint.kernels.compiled import ENTRY_NAME
+
+    allowed = {"exp", "log", "pow", "tan", "sqrt", "memset", "memcpy", "memmove", ENTRY_NAME}
+    for compiled in all_kernels():
+        compiled.entry("compiled")
+        assert is_compiled(compiled)
+        data = object_file(compiled.name, program(compiled)).read_bytes()
+        assert llvm.ObjectFileRef.from_data(data) is not None
+        for foreign in (b"PyErr", b"NRT_", b"numba_"):
+            assert foreign not in data, f"{compiled.name} refers to {foreign!r}, none of {allowed}"
+
+
+class Empty(Record):
+    """Something to read."""
+
+    x: float = quantity("1", 0, 1, "x")
+
+
+@kernel
+def reads(e: Empty) -> float:
+    """Read."""
+    return e.x
+
+
+def test_repr_names_module_and_kernel() -> None:
+    assert repr(reads) == "<kernel tests.kernels.test_cache.reads>"

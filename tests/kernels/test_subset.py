@@ -1,0 +1,44 @@
+"""What the checker refuses, where it says so, and what it lets pass."""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any
+
+import pytest
+
+from bitepoint.errors import SubsetError
+from bitepoint.kernels import Kernel
+from bitepoint.kernels.subset import check
+from tests.kernels import subset_examples
+
+
+@pytest.mark.parametrize("kernel", subset_examples.REFUSED, ids=lambda kernel: kernel.name)
+def test_refuses_with_file_and_line(kernel: Kernel[..., Any]) -> None:
+    lines, first = inspect.getsourcelines(kernel.function)
+    marked = first + next(number for number, line in enumerate(lines) if "# here" in line)
+    with pytest.raises(SubsetError) as caught:
+        check(kernel)
+    assert caught.value.line == marked
+    assert str(caught.value).startswith(f"{subset_examples.__file__}:{marked}: ")
+    assert "\n" not in str(caught.value)
+    assert "; " in str(caught.value)  # the mend
+
+
+def test_every_refused_example_is_listed() -> None:
+    kernels = [value for value in vars(subset_examples).values() if isinstance(value, Kernel)]
+    own = [kernel for kernel in kernels if kernel.__module__ == subset_examples.__name__]
+    assert len(own) - len(subset_examples.REFUSED) == 2  # reads_example and all_that_is_allowed
+
+
+def test_allows_the_subset() -> None:
+    found = check(subset_examples.all_that_is_allowed)
+    assert (found.locals["k"].low, found.locals["k"].high) == (0, 3)
+    assert found.result.kind == "float"
+
+
+def test_check_comes_before_any_life() -> None:
+    with pytest.raises(SubsetError):
+        subset_examples.negative_index.entry("compiled")
+    with pytest.raises(SubsetError):
+        subset_examples.negative_index.entry("interpreted")
