@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from bitepoint import __version__
 from bitepoint.assembly import Assembly, assemble
 from bitepoint.cache import write_atomically
 from bitepoint.errors import InputError
@@ -23,6 +22,7 @@ from bitepoint.kernels import Life
 from bitepoint.metrics import FAMILIES, Metric, Metrics
 from bitepoint.recording import Floats, Recording
 from bitepoint.simulation.run import LaneResult, Simulation
+from bitepoint.version import __version__
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ import numpy as np
 
 from bitepoint.numerics.filters import PADDING, butterworth_forward_backward
 from bitepoint.recording import Floats, Recording
+from bitepoint.units import display
 
 PEDAL_THRESHOLD = 0.01
 """Pedal above which the driver wants to move off."""
@@ -35,7 +36,11 @@ class Metric:
     unit: str
 
     def __str__(self) -> str:
-        return "–" if self.value is None else f"{self.value:.4g} {self.unit}".rstrip("1").rstrip()
+        """Return it as a person reads it: four digits, and a dash where it does not exist."""
+        if self.value is None:
+            return "–"
+        digits = ".0f" if 1e4 <= abs(self.value) < 1e9 else ".4g"
+        return f"{self.value:{digits}} {display(self.unit)}".rstrip()
 
 
 Metrics = Mapping[str, Metric]
@@ -66,8 +71,14 @@ def sync_time(recording: Recording, onset: float) -> float | None:
 
 
 def friction_work(recording: Recording, start: float, end: float) -> float:
-    """Return the heat in the clutch from start to end (s), J: the integral of clutch torque times slip."""
+    """Return the heat in the clutch from start to end (s), J: the integral of clutch torque times slip.
+
+    A recorded `friction_heat` is that integral already, without the error of the raster (0.3 % at 2 ms).
+    """
     time = recording.time
+    if "friction_heat" in recording:
+        before, after = np.interp([start, end], time, recording["friction_heat"])
+        return float(after - before)
     power = recording["clutch_torque"] * (recording["engine_speed"] - recording["clutch_speed"])
     inside = (time > start) & (time < end)
     raster = np.concatenate(([start], time[inside], [end]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -65,7 +66,7 @@ def exact() -> float:
 
 def test_order_is_four() -> None:
     errors = [abs(run(h)["position"][0] - exact()) for h in (0.02, 0.01, 0.005)]
-    orders = [math.log2(a / b) for a, b in zip(errors, errors[1:], strict=False)]
+    orders = [math.log2(a / b) for a, b in pairwise(errors)]
     assert all(3.8 < order < 4.3 for order in orders)
 
 

@@ -83,6 +83,8 @@ def integrate(inputs: Sequence[Input], grade: float) -> tuple[np.ndarray, float 
             pull = lambda _t, x: axle_torques(x)[1] - climb - rolling  # noqa: E731
             slip.direction, pull.direction = -1, 1  # type: ignore[attr-defined]
             slip.terminal = pull.terminal = True  # type: ignore[attr-defined]
+            if held and pull(t, x) > 0.0:  # released before it starts: a road that falls by more than it holds
+                held, release = False, t
             events = ([] if locked else [slip]) + ([pull] if held else [])
             rhs = lambda _t, x, u=u, a=locked, b=held: derivative(x, u, grade, a, b)  # noqa: E731
             result = solve_ivp(rhs, (t, end), x, "DOP853", rtol=1e-9, atol=1e-10, events=events, max_step=0.01)

@@ -10,6 +10,7 @@ from bitepoint.cli.list import list_parts
 from bitepoint.cli.run import run
 from bitepoint.cli.warmup import warmup
 from bitepoint.errors import BitepointError
+from bitepoint.version import __version__
 
 app = typer.Typer(
     name="bitepoint",
@@ -28,8 +29,6 @@ def _options(
     version: bool = typer.Option(False, "--version", help="Show the version and exit.", is_eager=True),
 ) -> None:  # pyright: ignore[reportUnusedFunction]
     if version:
-        from bitepoint import __version__
-
         typer.echo(f"bitepoint {__version__}")
         raise typer.Exit
 

@@ -10,7 +10,7 @@ from bitepoint.kernels import Kernel
 from bitepoint.records import Record, RecordArray
 
 Design = Callable[[RecordArray, RecordArray], RecordArray]
-"""(vehicle parameters, calibration) -> controller parameters; each an array of one record."""
+"""(vehicle parameters, one record; calibrations) -> controller parameters, one record per calibration."""
 
 
 @dataclass(frozen=True)

@@ -177,13 +177,15 @@ def step(p: LaunchPidParameters, s: LaunchPidState, m: LaunchPidMeasurement, c: 
 
 
 def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
-    """Return the parameters, shape (1,), for a vehicle (blocks engine and clutch) and a calibration."""
-    parameters = LaunchPidParameters.zeros()
+    """Return the parameters for a vehicle (blocks engine and clutch), one record per calibration."""
+    parameters = LaunchPidParameters.zeros(len(calibration))
     engine = vehicle["engine"]
     parameters["calibration"] = calibration
     parameters["idle_speed"] = engine["idle_speed"]
     idle_torque = engine["friction"] * engine["idle_speed"]
-    parameters["idle_throttle"] = throttle_for.run(engine.copy(), idle_torque, engine["idle_speed"].copy())
+    parameters["idle_throttle"] = throttle_for.run(
+        engine.copy(), idle_torque, engine["idle_speed"].copy(), life="interpreted"
+    )
     parameters["torque_limit"] = vehicle["clutch"]["torque_limit"]
     parameters["rate_limit"] = vehicle["clutch"]["torque_rate_limit"]
     return parameters

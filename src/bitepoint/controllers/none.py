@@ -71,8 +71,8 @@ def step(p: OpenLoopParameters, s: OpenLoopState, m: OpenLoopMeasurement, c: Ope
 
 
 def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
-    """Return the parameters, shape (1,), for a vehicle (block clutch) and a calibration."""
-    parameters = OpenLoopParameters.zeros()
+    """Return the parameters for a vehicle (block clutch), one record per calibration."""
+    parameters = OpenLoopParameters.zeros(len(calibration))
     parameters["calibration"] = calibration
     parameters["torque_limit"] = vehicle["clutch"]["torque_limit"]
     return parameters

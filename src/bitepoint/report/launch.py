@@ -62,8 +62,10 @@ def launch_figure(recording: Recording, title: str) -> Any:
     figure.update_xaxes(title_text="time, s", row=5, col=1)
     figure.update_layout(
         template="plotly_white", title={"text": title, "x": 0.02, "font": {"size": 15}}, height=1000,
-        margin={"l": 70, "r": 180, "t": 70, "b": 50}, hovermode="x unified", legend={"tracegroupgap": 92},
+        margin={"l": 70, "r": 190, "t": 70, "b": 50}, hovermode="x unified",
     )  # fmt: skip
+    for row, axis in enumerate(figure.select_yaxes(), 1):  # a legend of its own beside each panel
+        figure.update_layout({_legend(row): {"y": axis.domain[1], "yanchor": "top", "x": 1.01}})
     return figure
 
 
@@ -71,8 +73,12 @@ def _line(figure: Any, row: int, text: str, x: Floats, y: Floats, colour: str, d
     import plotly.graph_objects as go
 
     line = {"color": colour, "dash": dash, "width": 1.8}
-    group = {"legendgroup": str(row)}
-    figure.add_trace(go.Scatter(x=x.round(6), y=y, name=text, mode="lines", line=line, **group), row=row, col=1)
+    trace = go.Scatter(x=x.round(6), y=y, name=text, mode="lines", line=line, legend=_legend(row))
+    figure.add_trace(trace, row=row, col=1)
+
+
+def _legend(row: int) -> str:
+    return "legend" if row == 1 else f"legend{row}"
 
 
 def _add_jerk(figure: Any, recording: Recording) -> None:
@@ -80,9 +86,9 @@ def _add_jerk(figure: Any, recording: Recording) -> None:
     time = recording.time[0] + (np.arange(values.size) + 1) / metrics.JERK_SAMPLING
     if "vehicle_acceleration" in recording:
         acceleration = recording["vehicle_acceleration"]
-        _line(figure, 5, "acceleration, m/s²", recording.time, acceleration, _GREEN, "dot")
-    _line(figure, 5, "jerk, m/s³", time, values, _RED, "solid")
-    figure.update_yaxes(title_text="jerk, m/s³", row=5, col=1)
+        _line(figure, 5, "acceleration", recording.time, acceleration, _GREEN, "dot")
+    _line(figure, 5, "jerk", time, values, _RED, "solid")
+    figure.update_yaxes(title_text="jerk, m/s³; acceleration, m/s²", row=5, col=1)
 
 
 def launch_page(recording: Recording, figures: Metrics, status: str, reason: str) -> str:
