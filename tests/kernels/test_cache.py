@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from bitepoint.kernels import Kernel, kernel
-from bitepoint.kernels.compiled import is_compiled, object_file, program
+from bitepoint.kernels.compiled import is_compiled, object_file, program, read_object
 from bitepoint.records import Record, quantity
 
 MODULE = """
@@ -108,10 +108,23 @@ def test_object_code_needs_only_the_maths_library() -> None:
     for compiled in all_kernels():
         compiled.entry("compiled")
         assert is_compiled(compiled)
-        data = object_file(compiled.name, program(compiled)).read_bytes()
+        data = read_object(object_file(compiled.name, program(compiled)))
+        assert data is not None
         assert llvm.ObjectFileRef.from_data(data) is not None
         for foreign in (b"PyErr", b"NRT_", b"numba_"):
             assert foreign not in data, f"{compiled.name} refers to {foreign!r}, none of {allowed}"
+
+
+def test_a_damaged_object_is_compiled_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bitepoint.kernels.compiled.cache_folder", lambda: tmp_path)
+    fresh = Kernel.generate("fresh", "def fresh(x: float) -> float:\n    return x + 1.0\n", {})
+    assert fresh.run(1.0)[0] == 2.0
+    path = object_file(fresh.name, program(fresh))
+    path.write_bytes(path.read_bytes()[:-7])
+    assert not is_compiled(fresh)
+    again = Kernel.generate("fresh", "def fresh(x: float) -> float:\n    return x + 1.0\n", {})
+    assert again.run(1.0)[0] == 2.0
+    assert is_compiled(again)
 
 
 class Empty(Record):

@@ -34,25 +34,36 @@ def compiled_entry(kernel: Kernel[..., Any]) -> int:
     """Return the address of the machine code that runs `kernel` over a batch of lanes, compiled if need be."""
     text = program(kernel)
     path = object_file(kernel.name, text)
-    if not path.exists():
+    if read_object(path) is None:
         _announce()
         from bitepoint.kernels.subset import check
 
         check(kernel)
         write_atomically(path.with_suffix(".py"), text.encode())
-        write_atomically(path, _compile(text, path.with_suffix(".py")))
+        code = _compile(text, path.with_suffix(".py"))
+        write_atomically(path, hashlib.sha256(code).digest() + code)
     return _load(path)
 
 
 def is_compiled(kernel: Kernel[..., Any]) -> bool:
     """Return whether the machine code is in the cache already."""
-    return object_file(kernel.name, program(kernel)).exists()
+    return read_object(object_file(kernel.name, program(kernel))) is not None
 
 
 def object_file(name: str, text: str) -> Path:
     """Return where the machine code of the program `text` is kept."""
     key = hashlib.sha256("\0".join([text, *_toolchain()]).encode()).hexdigest()[:20]
     return cache_folder() / "kernels" / f"{name}-{key}.o"
+
+
+def read_object(path: Path) -> bytes | None:
+    """Return the object code kept at `path`, or None where there is none or it is damaged."""
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return None
+    digest, code = content[:32], content[32:]
+    return code if hashlib.sha256(code).digest() == digest else None
 
 
 @cache
@@ -182,8 +193,11 @@ _engines: list[Any] = []
 
 def _load(path: Path) -> int:
     """Link the object code into this process and return the address of its entry."""
+    code = read_object(path)
+    if code is None:
+        raise OSError(f"{path} vanished while it was being used; run again")
     engine: Any = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
-    engine.add_object_file(llvm.ObjectFileRef.from_data(path.read_bytes()))
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
     _engines.append(engine)  # the code lives as long as its engine
     return engine.get_function_address(ENTRY_NAME)
