@@ -2,6 +2,20 @@
 
 from __future__ import annotations
 
+import reprlib
+
+_BRIEF = reprlib.Repr()
+_BRIEF.maxlevel, _BRIEF.maxlist, _BRIEF.maxtuple, _BRIEF.maxdict = 1, 3, 3, 3
+_BRIEF.maxstring = _BRIEF.maxother = _BRIEF.maxlong = 40
+
+
+def brief(value: object) -> str:
+    """Return a value as an error names it: one line of bounded length, whatever was read."""
+    if value is None:
+        return "nothing"
+    text = " ".join(_BRIEF.repr(value).split())
+    return text if len(text) <= 60 else text[:57] + "..."
+
 
 class BitepointError(Exception):
     """Base of all errors that Bitepoint raises on purpose."""

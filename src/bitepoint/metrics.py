@@ -138,7 +138,12 @@ def launch(recording: Recording) -> Metrics:
         if sync + SETTLING_TIME <= recording.time[-1]:
             values["jerk_peak_settled"] = jerk_peak(recording, sync + SETTLING_TIME)
     values["energy_residual"] = energy_residual(recording)
-    return {name: Metric(values[name], unit) for name, unit in LAUNCH_UNITS.items()}
+    return {name: Metric(_existing(values[name]), unit) for name, unit in LAUNCH_UNITS.items()}
+
+
+def _existing(value: float | None) -> float | None:
+    """Return a figure, or None where the recording it is made from is not finite."""
+    return value if value is not None and math.isfinite(value) else None
 
 
 LAUNCH_UNITS: Mapping[str, str] = {

@@ -24,7 +24,7 @@ from typing import Any, ClassVar, Protocol, TypeVar, cast
 
 import numpy as np
 
-from bitepoint.errors import InputError
+from bitepoint.errors import InputError, brief
 from bitepoint.units import UnitError, display, parse
 
 CURVE_POINTS = 32
@@ -278,15 +278,8 @@ def _layout(field: Field) -> tuple[Any, ...]:
 
 def _mapping(data: object, where: str, key: str, mend: str) -> dict[str, object]:
     if not isinstance(data, Mapping):
-        raise InputError(where, f"{key}: got {_brief(data)}", mend)
+        raise InputError(where, f"{key}: got {brief(data)}", mend)
     return {str(name): value for name, value in cast("Mapping[object, object]", data).items()}
-
-
-def _brief(value: object) -> str:
-    if value is None:
-        return "nothing"
-    text = repr(value)
-    return text if len(text) <= 40 else text[:37] + "..."
 
 
 def _store(view: RecordArray, field: Field, value: object, where: str, key: str) -> None:
@@ -302,31 +295,37 @@ def _store(view: RecordArray, field: Field, value: object, where: str, key: str)
 
 
 def _scalar(field: Field, value: Any, where: str, key: str) -> float:
-    plain = _python_number(value)
+    plain = cast("object", value.item()) if isinstance(value, np.generic) else value
     try:
         number = parse(plain, field.unit)
     except UnitError as error:
         raise InputError(where, f"{key}: {error}", field.expected()) from None
     if not field.low <= number <= field.high or not math.isfinite(number):
-        raise InputError(where, f"{key}: got {_brief(plain)}", field.expected())
+        raise InputError(where, f"{key}: got {brief(plain)}", field.expected())
     if field.kind == "int" and number != int(number):
-        raise InputError(where, f"{key}: got {_brief(plain)}", field.expected())
+        raise InputError(where, f"{key}: got {brief(plain)}", field.expected())
     return number
-
-
-def _python_number(value: Any) -> object:
-    return cast("object", value.item()) if isinstance(value, np.generic) else value
 
 
 def _parse_array(field: Field, value: object, where: str, key: str) -> RecordArray:
     values, unit = _listed(value, field.unit, where, key, field.expected())
     if field.padded and 1 <= len(values) < field.shape[0]:
         values = [*values, *[0.0] * (field.shape[0] - len(values))]
-    shape = np.shape(np.array(values, dtype=object))
-    if shape != field.shape:
-        raise InputError(where, f"{key}: got shape {shape}", field.expected())
-    flat = [_with_unit(item, unit) for item in np.array(values, dtype=object).ravel()]
-    return np.array([_scalar(field, item, where, key) for item in flat]).reshape(field.shape)
+    flat = list(_flattened(values, field, where, key))
+    return np.array([_scalar(field, _with_unit(item, unit), where, key) for item in flat]).reshape(field.shape)
+
+
+def _flattened(value: object, field: Field, where: str, key: str, depth: int = 0) -> Iterator[object]:
+    """Yield the elements of nested lists, as long as these have the shape of the field."""
+    if depth == len(field.shape):
+        yield value
+        return
+    items = list(cast("Sequence[object]", value)) if isinstance(value, list | tuple) else []
+    if len(items) != field.shape[depth]:
+        got = f"{len(items)} values" if isinstance(value, list | tuple) else brief(value)
+        raise InputError(where, f"{key}: got {got}", field.expected())
+    for item in items:
+        yield from _flattened(item, field, where, key, depth + 1)
 
 
 def _listed(value: object, unit: str, where: str, key: str, mend: str) -> tuple[list[object], str]:
@@ -339,7 +338,7 @@ def _listed(value: object, unit: str, where: str, key: str, mend: str) -> tuple[
     if isinstance(value, np.ndarray):
         value = cast("object", value.tolist())
     if not isinstance(value, list | tuple):
-        raise InputError(where, f"{key}: got {_brief(value)}", f"{mend}, as a list or {{unit: ..., values: [...]}}")
+        raise InputError(where, f"{key}: got {brief(value)}", f"{mend}, as a list or {{unit: ..., values: [...]}}")
     return list(cast("Sequence[object]", value)), unit
 
 
@@ -361,11 +360,12 @@ def _parse_curve(field: Field, value: object, where: str, key: str) -> RecordArr
         place = f"{key}.{axis.name}"
         element = Field(axis.name, "float", "", axis.unit, axis.low, axis.high)
         values, unit = _listed(block[axis.name], axis.unit, where, place, element.expected())
+        if not 2 <= len(values) <= CURVE_POINTS:
+            raise InputError(where, f"{place}: got {len(values)} points", f"expected 2 to {CURVE_POINTS}")
         columns.append([_scalar(element, _with_unit(item, unit), where, place) for item in values])
     xs, ys = columns
-    if not 2 <= len(xs) <= CURVE_POINTS or len(xs) != len(ys):
-        mend = f"expected 2 to {CURVE_POINTS} points and as many in each"
-        raise InputError(where, f"{key}: got {len(xs)} and {len(ys)} points", mend)
+    if len(xs) != len(ys):
+        raise InputError(where, f"{key}: got {len(xs)} and {len(ys)} points", "expected as many in each")
     if any(after <= before for before, after in pairwise(xs)):
         raise InputError(
             where, f"{key}.{names[0]}: not strictly increasing", "sort the points and remove repeated ones"

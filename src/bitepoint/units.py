@@ -13,6 +13,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from bitepoint.cache import cache_folder, write_atomically
+from bitepoint.errors import brief
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -42,19 +43,19 @@ def parse(value: object, unit: str) -> float:
         UnitError: not a number, or a unit of another dimension.
     """
     if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise UnitError(f"got {_brief(value)}")
+        raise UnitError(f"got {brief(value)}")
     if not isinstance(value, str):
         return _number(value)
     match = _QUANTITY.match(value)
     if match is None:
         with contextlib.suppress(ValueError):
             return float(value)  # "nan" and "inf": the caller's range check names them
-        raise UnitError(f"got {_brief(value)}")
+        raise UnitError(f"got {brief(value)}")
     number, text = float(match.group(1)), match.group(2)
     if text in ("", unit):
         return number
     if unit == "1" and text in _ANGLES:
-        raise UnitError(f"got an angle, {_brief(value)}")
+        raise UnitError(f"got an angle, {brief(value)}")
     scale, offset = _conversion(text, unit)
     return number * scale + offset
 
@@ -64,11 +65,6 @@ def _number(value: int | float) -> float:
         return float(value)
     except OverflowError:
         return math.inf if value > 0 else -math.inf
-
-
-def _brief(value: object) -> str:
-    text = " ".join(repr(value).split())
-    return text if len(text) <= 40 else text[:37] + "..."
 
 
 @cache
@@ -93,9 +89,9 @@ def _ask_pint(text: str, unit: str) -> list[float]:
         offset = float(quantity.Quantity(0.0, source).to(target).magnitude)
         scale = float(quantity.Quantity(1.0, source).to(target).magnitude) - offset
     except pint.DimensionalityError:
-        raise UnitError(f"got unit {_brief(text)} of another dimension") from None
+        raise UnitError(f"got unit {brief(text)} of another dimension") from None
     except Exception:  # noqa: BLE001 - pint raises whatever its tokenizer met (tokenize, attribute, type errors)
-        raise UnitError(f"got unknown unit {_brief(text)}") from None
+        raise UnitError(f"got unknown unit {brief(text)}") from None
     return [scale, offset]
 
 

@@ -40,7 +40,7 @@ def compiled_entry(kernel: Kernel[..., Any]) -> int:
 
         check(kernel)
         write_atomically(path.with_suffix(".py"), text.encode())
-        code = _compile(text, path.with_suffix(".py"))
+        code = _compile(kernel, path.with_suffix(".py"))
         write_atomically(path, hashlib.sha256(code).digest() + code)
     return _load(path)
 
@@ -90,8 +90,12 @@ def program(kernel: Kernel[..., Any]) -> str:
         for alias, callee in member.callees.items():
             if alias != callee.name:
                 _define(member, parts, alias, f"{alias} = {callee.name}\n")
-        _define(member, parts, member.name, f"@njit({_OPTIONS})\n{member.source.text}\n")
+        _define(member, parts, member.name, _definition(member))
     return "\n".join([HEADER, *parts.values(), *_entry_text(kernel)])
+
+
+def _definition(kernel: Kernel[..., Any]) -> str:
+    return f"@njit({_OPTIONS})\n{kernel.source.text}\n"
 
 
 def _constants(kernel: Kernel[..., Any]) -> Iterator[tuple[str, float]]:
@@ -144,10 +148,27 @@ def _field_text(field: Field) -> str:
     return f"({field.name!r}, {kind!r}, {field.shape!r})"
 
 
-def _compile(text: str, file: Path) -> bytes:
-    """Return the object code of `text`, whose only outside symbols are libm's and memset's like."""
-    namespace: dict[str, Any] = {"__name__": file.stem}
-    exec(compile(text, str(file), "exec"), namespace)
+@cache
+def _header() -> dict[str, Any]:
+    namespace: dict[str, Any] = {"__name__": "bitepoint generated"}
+    exec(HEADER, namespace)
+    return namespace
+
+
+@cache
+def _dispatcher(kernel: Kernel[..., Any]) -> Any:
+    """Return Numba's function for `kernel`: made once in a process, though many programs hold it."""
+    callees = {name: _dispatcher(callee) for name, callee in kernel.callees.items()}
+    namespace = {**_header(), **dict(_constants(kernel)), **callees}
+    text = f"from __future__ import annotations\n\n{_definition(kernel)}"  # annotations are not evaluated
+    exec(compile(text, f"<bitepoint compiled {kernel.name}>", "exec"), namespace)
+    return namespace[kernel.name]
+
+
+def _compile(kernel: Kernel[..., Any], file: Path) -> bytes:
+    """Return the object code of the program of `kernel`; its only outside symbols are those of the C library."""
+    namespace = {**_header(), kernel.name: _dispatcher(kernel)}
+    exec(compile("\n".join(_entry_text(kernel)), str(file), "exec"), namespace)
     entry: Any = namespace["entry"]
     intermediate = entry.inspect_llvm().replace(entry.native_name, ENTRY_NAME)
     module = llvm.parse_assembly(_DECLARATION.sub(_without_python, intermediate))

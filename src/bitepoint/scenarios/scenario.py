@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
-from bitepoint.errors import InputError
+from bitepoint.errors import InputError, brief
 from bitepoint.files import find, library_names, read_yaml
 from bitepoint.records import Curve, Record, RecordArray, curve, quantity
 from bitepoint.units import UnitError, parse
@@ -88,14 +88,14 @@ def load_scenario(name: str) -> Scenario:
 
 def _text(value: object, where: str, key: str) -> str:
     if not isinstance(value, str):
-        raise InputError(where, f"{key}: got {value!r}", "expected a name")
+        raise InputError(where, f"{key}: got {brief(value)}", "expected a name")
     return value
 
 
 def _block(data: Mapping[str, Any], key: str, where: str) -> Mapping[str, Any]:
     value = data[key]
     if not isinstance(value, Mapping):
-        raise InputError(where, f"{key}: got {value!r}", "expected a block of keys")
+        raise InputError(where, f"{key}: got {brief(value)}", "expected a block of keys")
     return cast("Mapping[str, Any]", value)
 
 
