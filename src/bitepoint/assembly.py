@@ -174,7 +174,6 @@ def _varied(
     parameters = nominal.copy()
     for block in plant.parameters.fields:
         _apply(plant.parameters, parameters, settings.group(block), f"{block}.")
-    plant.check(parameters, SET)
     blocks = [block for block in lane_groups if block != "controller"]
     if blocks:
         parameters = np.repeat(parameters, lanes)
@@ -182,6 +181,7 @@ def _varied(
         if block not in plant.parameters.fields:
             raise InputError("over", f"{block}: unknown group", f"expected one of {', '.join(plant.parameters.fields)}")
         _apply(plant.parameters, parameters, lane_groups[block], f"{block}.")
+    plant.check(parameters, SET)
     return parameters
 
 

@@ -16,22 +16,31 @@ of [1] has: Iv holds all of the inertia.
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+
 from bitepoint.errors import InputError
 from bitepoint.kernels import is_finite, kernel, sign, to_index
 from bitepoint.numerics.integration import clearer, copier, runge_kutta_4
 from bitepoint.parts.body import Body, Road, air_coefficient, grade_torque, rolling_torque
 from bitepoint.parts.clutch import Clutch, clutch_capacity
 from bitepoint.parts.engine import Engine, engine_torque, throttle_effect, throttle_for
-from bitepoint.parts.gears import Gearbox, axle_side_inertia, gear_loss_torque, overall_ratio
+from bitepoint.parts.gears import LOSS_FADE_SPEED, Gearbox, axle_side_inertia, gear_loss_torque, overall_ratio
 from bitepoint.parts.shaft import Shaft, shaft_energy, shaft_loss, shaft_torque
 from bitepoint.plants.plant import Plant
 from bitepoint.records import Record, RecordArray, count, nested, quantity
+
+STABILITY = 2.7
+"""Longest step times fastest rate; the Runge-Kutta rule of order 4 is stable up to 2.78 on the negative real axis."""
 
 
 class Solver(Record):
     """How the plant is integrated."""
 
-    substep: float = quantity("s", 1e-6, 0.002, "step of the Runge-Kutta rule", default=0.0005)
+    substep: float = quantity(
+        "s", 1e-6, 0.002, "longest step of the Runge-Kutta rule; shorter where the driveline needs it", default=0.0005
+    )
 
 
 class DctParameters(Record):
@@ -340,10 +349,25 @@ def init(p: DctParameters, s: DctState, u: DctInputs, y: DctOutputs, w: DctWork)
 
 
 @kernel
+def stable_step(p: DctParameters) -> float:
+    """Return the longest stable substep, s: STABILITY over a bound of the fastest rate of the driveline.
+
+    The rates of the damper between plate and axle, of the half-shaft, and of the fading gear loss, added up.
+    """
+    ratio = overall_ratio(p.gearbox)
+    axle = axle_side_inertia(p.gearbox)
+    mobility = 1.0 / p.clutch.plate_inertia + ratio**2 / axle
+    decay = 0.5 * p.damper.damping * mobility
+    damper = decay + math.sqrt(abs(decay**2 - p.damper.stiffness * mobility))
+    fade = (1.0 / p.gearbox.efficiency - 1.0) * ratio * p.clutch.torque_limit / (LOSS_FADE_SPEED * axle)
+    return STABILITY / (damper + fade + p.halfshaft.damping / axle)
+
+
+@kernel
 def step(p: DctParameters, s: DctState, u: DctInputs, y: DctOutputs, w: DctWork, dt: float) -> int:
     """Advance by dt; return 0, or 1 where a number is no longer finite."""
     prepare(p, s.mode, u)
-    substeps = to_index(dt / p.solver.substep + 0.999, 1, 100_000)
+    substeps = to_index(dt / min(p.solver.substep, stable_step(p)) + 0.999, 1, 100_000)
     h = dt / substeps
     for _i in range(substeps):
         substep(p, s, w, h)
@@ -354,16 +378,14 @@ def step(p: DctParameters, s: DctState, u: DctInputs, y: DctOutputs, w: DctWork,
 
 
 def check(parameters: RecordArray, where: str) -> None:
-    """Raise InputError where parameters, each in its range, contradict each other."""
-    for p in parameters:
-        gearbox, engine = p["gearbox"], p["engine"]
-        gear = int(gearbox["gear"])
-        for number in {1, 2, gear}:
-            if gearbox["ratios"][number - 1] <= 0.0:
-                raise InputError(where, f"gearbox.ratios: gear {number} has no ratio", "expected a number above 0")
-        if engine["idle_speed"] >= engine["speed_limit"]:
-            mend = "expected it below engine.speed_limit"
-            raise InputError(where, f"engine.idle_speed: got {engine['idle_speed']:g} rad/s", mend)
+    """Raise InputError where parameters, each in its range, contradict each other; see `Plant`."""
+    gearbox, engine = parameters["gearbox"], parameters["engine"]
+    for number in sorted({1, 2, *np.unique(gearbox["gear"]).tolist()}):
+        if (gearbox["ratios"][:, number - 1] <= 0.0).any():
+            raise InputError(where, f"gearbox.ratios: gear {number} has no ratio", "expected a number above 0")
+    if (engine["idle_speed"] >= engine["speed_limit"]).any():
+        idle = float(engine["idle_speed"].max())
+        raise InputError(where, f"engine.idle_speed: got {idle:g} rad/s", "expected it below engine.speed_limit")
 
 
 PLANT = Plant("dct", DctParameters, DctState, DctInputs, DctOutputs, DctWork, init, step, check)
