@@ -92,20 +92,28 @@ class BatchResult:
     recordings: Mapping[int, Recording]
 
 
-def run(scenario: str = "dct-launch", *, seed: int = 0, life: Life = "compiled", **settings: Any) -> Result:
+def run(
+    scenario: str = "dct-launch",
+    settings: Mapping[str, Any] | None = None,
+    /,
+    *,
+    seed: int = 0,
+    life: Life = "compiled",
+    **more: Any,
+) -> Result:
     """Run a scenario once.
 
     Args:
         scenario: name in the library, or path of a scenario file.
+        settings: as `--set` takes them: {"road.grade": "20 %", "intent": "urgent"}.
         seed: of the noise.
         life: "compiled", or "interpreted" to step through kernels in a debugger (slow).
-        settings: as `--set` takes them, a dot written as two underscores: vehicle__mass="1900 kg", intent="urgent";
-            or as they are, through a mapping: run("dct-launch", **{"road.grade": "20 %"}).
+        more: settings too, a dot written as two underscores: intent="urgent", vehicle__mass="1900 kg".
 
     Raises:
         InputError: whatever in the files or the settings is not as it should be.
     """
-    assembly = assemble(scenario, _dotted(settings))
+    assembly = assemble(scenario, {**(settings or {}), **_dotted(more)})
     lane = Simulation(assembly.system, life=life).run(FAMILIES[assembly.scenario.metrics], seed=seed)[0]
     return _result(assembly, lane, seed)
 

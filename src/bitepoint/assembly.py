@@ -13,6 +13,7 @@ from bitepoint.controllers import launch_pid, none
 from bitepoint.controllers.controller import Controller
 from bitepoint.errors import InputError
 from bitepoint.kernels import Kernel
+from bitepoint.metrics import FAMILIES
 from bitepoint.numerics.filters import butterworth_forward_backward
 from bitepoint.plants import dct
 from bitepoint.plants.plant import Plant
@@ -76,18 +77,22 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Mapping[str, Sequ
         InputError: whatever in the files or the settings is not as it should be.
     """
     manoeuvre = load_scenario(scenario)
+    for key, known in (("plant", PLANTS), ("metrics", FAMILIES)):
+        if getattr(manoeuvre, key) not in known:
+            mend = f"expected one of {', '.join(known)}"
+            raise InputError(manoeuvre.where, f"{key}: got {getattr(manoeuvre, key)}", mend)
     chosen = _sort(settings)
     vehicle = load_vehicle(str(chosen.choices.get("vehicle", manoeuvre.vehicle)))
     plant = _plant(vehicle, manoeuvre)
     controller = _controller(str(chosen.choices.get("controller", manoeuvre.controller)), plant)
     _refuse_unknown(chosen, plant)
     lanes, lane_groups = _lanes(over or {})
-    nominal = plant.parameters.parse({**vehicle.blocks, "road": manoeuvre.road}, vehicle.where)
+    nominal = _nominal(plant, vehicle, manoeuvre)
     plant.check(nominal, vehicle.where)
     parameters = _varied(plant, nominal, chosen, lane_groups, lanes)
     calibration = _calibration(controller, chosen.group("controller"), lane_groups.get("controller", {}), lanes)
     timing = manoeuvre.timing.copy()
-    _apply(Timing, timing, chosen.group("timing"))
+    _apply(Timing, timing, chosen.group("timing"), "timing.")
     profile = _pedal(manoeuvre, chosen)
     if "pedal" in chosen.choices and "duration" not in chosen.group("timing"):
         timing["duration"] = max(timing["duration"][0], profile.time[-1])
@@ -158,9 +163,16 @@ def _lanes(over: Mapping[str, Sequence[Any]]) -> tuple[int, dict[str, dict[str, 
     return (lengths.pop() if lengths else 1), groups
 
 
+def _nominal(plant: Plant, vehicle: Vehicle, scenario: Scenario) -> RecordArray:
+    road = plant.parameters.fields["road"].record
+    assert road is not None
+    road.parse(scenario.road, scenario.where, "road")  # so that its errors name the scenario
+    return plant.parameters.parse({**vehicle.blocks, "road": scenario.road}, vehicle.where)
+
+
 def _apply(record: type[Record], target: RecordArray, values: Mapping[str, Any], prefix: str = "") -> None:
     for key, value in values.items():
-        record.assign(target, prefix + key, value, SET)
+        record.assign(target, key, value, SET, prefix)
 
 
 def _varied(
@@ -173,14 +185,15 @@ def _varied(
     """Return the parameters of the plant: the nominal ones with the settings, one record per lane where they differ."""
     parameters = nominal.copy()
     for block in plant.parameters.fields:
-        _apply(plant.parameters, parameters, settings.group(block), f"{block}.")
+        changes = {f"{block}.{key}": value for key, value in settings.group(block).items()}
+        _apply(plant.parameters, parameters, changes)
     blocks = [block for block in lane_groups if block != "controller"]
     if blocks:
         parameters = np.repeat(parameters, lanes)
     for block in blocks:
         if block not in plant.parameters.fields:
             raise InputError("over", f"{block}: unknown group", f"expected one of {', '.join(plant.parameters.fields)}")
-        _apply(plant.parameters, parameters, lane_groups[block], f"{block}.")
+        _apply(plant.parameters, parameters, {f"{block}.{key}": v for key, v in lane_groups[block].items()})
     plant.check(parameters, SET)
     return parameters
 
@@ -196,13 +209,10 @@ def _calibration(
     values = {key: value for key, value in shipped[name].items() if key != "source"}
     calibration = controller.calibration.parse(values, f"calibration {name} of {controller.name}")
     changes = {key: value for key, value in settings.items() if key != "calibration"}
-    try:
-        _apply(controller.calibration, calibration, changes)
-        if over:
-            calibration = np.repeat(calibration, lanes)
-            _apply(controller.calibration, calibration, over)
-    except InputError as error:
-        raise InputError(error.where, f"controller.{error.problem}", error.mend) from None
+    _apply(controller.calibration, calibration, changes, "controller.")
+    if over:
+        calibration = np.repeat(calibration, lanes)
+        _apply(controller.calibration, calibration, over, "controller.")
     return calibration
 
 
@@ -267,6 +277,8 @@ def _rules(scenario: Scenario, plant: Plant) -> Iterator[StopRule]:
             limit = parse(rule[side], signal.unit)
         except UnitError as error:
             raise InputError(scenario.where, f"stop[{number}].{side}: {error}", signal.expected()) from None
+        if not np.isfinite(limit):
+            raise InputError(scenario.where, f"stop[{number}].{side}: got {rule[side]}", signal.expected())
         reason = str(rule.get("reason", f"{signal.name} went {side} {rule[side]}"))
         yield StopRule(str(rule["status"]), reason, signal.name, side == "above", limit, float(rule["hold"]))
 

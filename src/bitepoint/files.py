@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import contextlib
+from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -10,9 +11,13 @@ from typing import Any, cast
 
 import yaml
 
-from bitepoint.errors import InputError
+from bitepoint.errors import InputError, brief
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+DEEPEST = 30
+"""Levels of nesting that a file may have."""
 
 
 class _StrictLoader(_Loader):
@@ -61,14 +66,35 @@ def parse_yaml(text: str, where: str) -> dict[str, Any]:
 
 
 def parse_yaml_value(text: str, where: str) -> Any:
-    """Return the value that a YAML text holds; `where` is named in errors."""
+    """Return the value that a YAML text holds; `where` is named in errors.
+
+    Nesting is limited and aliases are refused: with them, a few lines can stand for more than any machine holds.
+    """
     try:
+        _check_events(text, where)
         return yaml.load(text, _StrictLoader)
     except yaml.MarkedYAMLError as error:
         mark = "" if error.problem_mark is None else f" in line {error.problem_mark.line + 1}"
         raise InputError(where, f"not YAML: {error.problem}{mark}", "mend the syntax") from None
-    except (yaml.YAMLError, ValueError, RecursionError, OverflowError) as error:
-        raise InputError(where, f"not YAML: {str(error).splitlines()[0]}", "mend the syntax") from None
+    except InputError:
+        raise
+    except Exception as error:  # noqa: BLE001 - the library's constructors raise whatever they meet
+        text = " ".join(str(error).split())[:120]
+        raise InputError(where, f"not YAML: {text}", "mend the syntax") from None
+
+
+def _check_events(text: str, where: str) -> None:
+    depth = 0
+    for event in cast("Iterator[Any]", yaml.parse(text, _Loader)):
+        if isinstance(event, yaml.AliasEvent):
+            line = event.start_mark.line + 1
+            raise InputError(where, f"not YAML that is read here: an alias (*) in line {line}", "write the value out")
+        if isinstance(event, yaml.CollectionStartEvent):
+            depth += 1
+        elif isinstance(event, yaml.CollectionEndEvent):
+            depth -= 1
+        if depth > DEEPEST:
+            raise InputError(where, f"not YAML that is read here: nested deeper than {DEEPEST}", "mend the syntax")
 
 
 def library_folder(room: str) -> Path:
@@ -96,6 +122,9 @@ def find(room: str, name: str, noun: str) -> Path:
     if name in library_names(room):
         return library_folder(room) / f"{name}.yaml"
     path = Path(name)
-    if path.suffix in (".yaml", ".yml") or path.exists():
-        return path
-    raise InputError(name, f"no such {noun}", f"expected a YAML file or one of {', '.join(library_names(room))}")
+    with contextlib.suppress(OSError, ValueError):  # a name that no file can have
+        if path.suffix in (".yaml", ".yml") or path.exists():
+            return path
+    raise InputError(
+        brief(name).strip("'"), f"no such {noun}", f"expected a YAML file or one of {', '.join(library_names(room))}"
+    )

@@ -123,6 +123,11 @@ def energy_residual(recording: Recording) -> float | None:
 
 def launch(recording: Recording) -> Metrics:
     """Return the figures of a launch; those that need a sync are None where there was none."""
+    with np.errstate(invalid="ignore", over="ignore"):  # of a run that left the finite numbers
+        return _launch(recording)
+
+
+def _launch(recording: Recording) -> Metrics:
     onset = pedal_onset(recording)
     sync = None if onset is None else sync_time(recording, onset)
     values: dict[str, float | None] = dict.fromkeys(LAUNCH_UNITS)

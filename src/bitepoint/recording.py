@@ -7,7 +7,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -88,12 +88,30 @@ class Recording:
         if "time" not in table.column_names:
             raise InputError(str(path), "no column time", "expected a recording that bitepoint wrote")
         columns: list[Any] = list(table.schema)
+        odd = [
+            column.name
+            for column in columns
+            if not (pa.types.is_floating(column.type) or pa.types.is_integer(column.type))
+        ]
+        if odd:
+            raise InputError(
+                str(path), f"column {odd[0]} holds no numbers", "expected a recording that bitepoint wrote"
+            )
         channels = tuple(_channel(column) for column in columns if column.name != "time")
         data = np.array([table[channel.name].to_numpy() for channel in channels], float)
-        metadata: dict[bytes, bytes] = table.schema.metadata or {}
-        about: Any = json.loads(metadata.get(b"bitepoint", b"{}"))
         time = table["time"].to_numpy().astype(float)
-        return Recording(time, channels, data.reshape(len(channels), len(time)), about)
+        return Recording(time, channels, data.reshape(len(channels), len(time)), _about(table, str(path)))
+
+
+def _about(table: Any, where: str) -> dict[str, str]:
+    metadata: dict[bytes, bytes] = table.schema.metadata or {}
+    try:
+        found: object = json.loads(metadata.get(b"bitepoint", b"{}"))
+    except ValueError:
+        found = None
+    if not isinstance(found, dict):
+        raise InputError(where, "its notes cannot be read", "expected a recording that bitepoint wrote")
+    return {str(key): str(value) for key, value in cast("dict[object, object]", found).items()}
 
 
 def _arrow() -> tuple[Any, Any]:

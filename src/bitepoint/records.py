@@ -153,6 +153,9 @@ class Record:
             _check_annotation(f"{cls.__name__}.{name}", annotation, declared)
             fields[name] = replace(declared, name=name)
             delattr(cls, name)
+        for name, value in cls.__dict__.items():
+            if isinstance(value, Field):
+                raise TypeError(f"{cls.__name__}.{name} has no annotation")
         cls.fields = fields
         cls.dtype = np.dtype([_layout(field) for field in fields.values()], align=True)
 
@@ -200,15 +203,17 @@ class Record:
         )
 
     @classmethod
-    def assign(cls, target: RecordArray, key: str, value: Any, where: str) -> None:
+    def assign(cls, target: RecordArray, key: str, value: Any, where: str, prefix: str = "") -> None:
         """Set the field at the dotted path `key` of every record in `target` to `value`, validated.
 
         `value` may also be a sequence of one value per record of `target`, where the field is a scalar.
+        Errors name `prefix` and `key`.
 
         Raises:
             InputError: no such field, or a value that it does not take; `target` is then unchanged.
         """
-        field, view = cls.locate(target, key, where)
+        field, view = cls.locate(target, key, where, prefix)
+        key = prefix + key
         if not isinstance(value, str) and np.ndim(value) == 1 and not field.shape and field.kind in ("float", "int"):
             values = cast("Sequence[object]", value)
             if len(values) != len(target):
@@ -219,17 +224,17 @@ class Record:
             _store(view, field, value, where, key)
 
     @classmethod
-    def locate(cls, target: RecordArray, key: str, where: str) -> tuple[Field, RecordArray]:
+    def locate(cls, target: RecordArray, key: str, where: str, prefix: str = "") -> tuple[Field, RecordArray]:
         """Return the field at the dotted path `key`, and the view of `target` that holds it."""
         name, _, rest = key.partition(".")
         field = cls.fields.get(name)
         if field is None:
-            raise InputError(where, f"{key}: unknown key", f"expected one of {', '.join(cls.fields)}")
+            raise InputError(where, f"{prefix}{key}: unknown key", f"expected one of {', '.join(cls.fields)}")
         if not rest:
             return field, target[name]
         if field.kind != "record" or field.record is None:
-            raise InputError(where, f"{key}: {name} has no keys of its own", field.expected())
-        return field.record.locate(target[name], rest, where)
+            raise InputError(where, f"{prefix}{key}: {name} has no keys of its own", field.expected())
+        return field.record.locate(target[name], rest, where, f"{prefix}{name}.")
 
     @classmethod
     def to_mapping(cls, record: Any) -> dict[str, Any]:
@@ -294,10 +299,11 @@ def _store(view: RecordArray, field: Field, value: object, where: str, key: str)
         view[...] = _scalar(field, value, where, key)
 
 
-def _scalar(field: Field, value: Any, where: str, key: str) -> float:
+def _scalar(field: Field, value: Any, where: str, key: str, assumed: str | None = None) -> float:
+    """Return the validated number; where it comes without a unit, it is in `assumed`, or else in the field's own."""
     plain = cast("object", value.item()) if isinstance(value, np.generic) else value
     try:
-        number = parse(plain, field.unit)
+        number = parse(plain, field.unit, assumed)
     except UnitError as error:
         raise InputError(where, f"{key}: {error}", field.expected()) from None
     if not field.low <= number <= field.high or not math.isfinite(number):
@@ -312,7 +318,7 @@ def _parse_array(field: Field, value: object, where: str, key: str) -> RecordArr
     if field.padded and 1 <= len(values) < field.shape[0]:
         values = [*values, *[0.0] * (field.shape[0] - len(values))]
     flat = list(_flattened(values, field, where, key))
-    return np.array([_scalar(field, _with_unit(item, unit), where, key) for item in flat]).reshape(field.shape)
+    return np.array([_scalar(field, item, where, key, unit) for item in flat]).reshape(field.shape)
 
 
 def _flattened(value: object, field: Field, where: str, key: str, depth: int = 0) -> Iterator[object]:
@@ -342,10 +348,6 @@ def _listed(value: object, unit: str, where: str, key: str, mend: str) -> tuple[
     return list(cast("Sequence[object]", value)), unit
 
 
-def _with_unit(value: object, unit: str) -> object:
-    return f"{value!r} {unit}" if isinstance(value, int | float) and not isinstance(value, bool) else value
-
-
 def _parse_curve(field: Field, value: object, where: str, key: str) -> RecordArray:
     block = _mapping(value, where, key, field.expected())
     names = [axis.name for axis in field.axes]
@@ -362,7 +364,7 @@ def _parse_curve(field: Field, value: object, where: str, key: str) -> RecordArr
         values, unit = _listed(block[axis.name], axis.unit, where, place, element.expected())
         if not 2 <= len(values) <= CURVE_POINTS:
             raise InputError(where, f"{place}: got {len(values)} points", f"expected 2 to {CURVE_POINTS}")
-        columns.append([_scalar(element, _with_unit(item, unit), where, place) for item in values])
+        columns.append([_scalar(element, item, where, place, unit) for item in values])
     xs, ys = columns
     if len(xs) != len(ys):
         raise InputError(where, f"{key}: got {len(xs)} and {len(ys)} points", "expected as many in each")

@@ -22,6 +22,7 @@ STANDARD_GRAVITY = 9.80665
 """Standard acceleration of free fall, m/s^2 (CGPM 1901)."""
 
 _QUANTITY = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$")
+_TOKEN = re.compile(r"\s+|\*\*|[()*/^·]|-?\d+|[^\W\d]\w*|[%°'\"]")
 _ANGLES = frozenset({"deg", "degree", "degrees", "rad", "radian", "radians", "°"})
 
 
@@ -29,35 +30,40 @@ class UnitError(ValueError):
     """The text is no quantity of the wanted dimension. `str()` of it says what is wrong, in a few words."""
 
 
-def parse(value: object, unit: str) -> float:
+def parse(value: object, unit: str, assumed: str | None = None) -> float:
     """Return `value` as a number in `unit`.
 
-    A number, or text without a unit, is taken to be in `unit` already; text with a unit is converted.
     The result may be NaN or infinite only where the input says so.
 
     Args:
         value: a number (not a bool), or text such as "1600 kg".
         unit: the unit of the result, pint spelling; "1" means a plain ratio.
+        assumed: the unit of a value that comes without one; None: `unit`.
 
     Raises:
         UnitError: not a number, or a unit of another dimension.
     """
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise UnitError(f"got {brief(value)}")
-    if not isinstance(value, str):
-        return _number(value)
-    match = _QUANTITY.match(value)
-    if match is None:
-        with contextlib.suppress(ValueError):
-            return float(value)  # "nan" and "inf": the caller's range check names them
-        raise UnitError(f"got {brief(value)}")
-    number, text = float(match.group(1)), match.group(2)
+    number, text = _split(value) if isinstance(value, str) else (_number(value), "")
+    if text == "" and assumed is not None:
+        text = assumed
     if text in ("", unit):
         return number
     if unit == "1" and text in _ANGLES:
         raise UnitError(f"got an angle, {brief(value)}")
     scale, offset = _conversion(text, unit)
     return number * scale + offset
+
+
+def _split(text: str) -> tuple[float, str]:
+    """Return the number and the unit of a text."""
+    match = _QUANTITY.match(text)
+    if match is not None:
+        return float(match.group(1)), match.group(2)
+    with contextlib.suppress(ValueError):
+        return float(text), ""  # "nan" and "inf": the caller's range check names them
+    raise UnitError(f"got {brief(text)}")
 
 
 def _number(value: int | float) -> float:
@@ -84,15 +90,35 @@ def _ask_pint(text: str, unit: str) -> list[float]:
     import pint
 
     quantity: Any = _registry()
+    if not _is_plain(text):
+        raise UnitError(f"got unknown unit {brief(text)}")
     try:
         source, target = quantity.Unit(text), quantity.Unit("" if unit == "1" else unit)
         offset = float(quantity.Quantity(0.0, source).to(target).magnitude)
         scale = float(quantity.Quantity(1.0, source).to(target).magnitude) - offset
+        twice = float(quantity.Quantity(2.0, source).to(target).magnitude)
     except pint.DimensionalityError:
         raise UnitError(f"got unit {brief(text)} of another dimension") from None
     except Exception:  # noqa: BLE001 - pint raises whatever its tokenizer met (tokenize, attribute, type errors)
         raise UnitError(f"got unknown unit {brief(text)}") from None
+    if not math.isclose(twice, 2.0 * scale + offset, rel_tol=1e-9, abs_tol=1e-300):
+        raise UnitError(f"got unit {brief(text)}, which is no factor")
     return [scale, offset]
+
+
+def _is_plain(text: str) -> bool:
+    """Return whether the unit is names with powers of one digit: pint would compute 9**9**9 for as long as it takes."""
+    tokens = _TOKEN.findall(text)
+    if len(text) > 60 or "".join(tokens) != text:
+        return False
+    words = [token for token in tokens if not token.isspace()]
+    for before, word, after in zip(["", *words], words, [*words[1:], ""], strict=False):
+        power = before in ("^", "**")
+        if word[-1].isdigit() and not word[0].isalpha() and word not in ("1", "-1") and not power:
+            return False
+        if power and (len(word.lstrip("-")) > 1 or not word[-1].isdigit() or after in ("^", "**")):
+            return False
+    return True
 
 
 @cache

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from typing import NoReturn
 
 import typer
 
@@ -33,13 +34,27 @@ def _options(
         raise typer.Exit
 
 
+def _refuse(text: str) -> NoReturn:
+    print("error:", " ".join(text.split()), file=sys.stderr)
+    sys.exit(2)
+
+
 def main() -> None:
     """Run the command line: exit 0 when it was carried out, 2 on bad input, 1 on a fault of ours."""
     try:
-        app()
+        sys.exit(app(prog_name="bitepoint", standalone_mode=False) or 0)
     except BitepointError as error:
-        print(f"error: {error}", file=sys.stderr)
-        sys.exit(2)
+        _refuse(str(error))
+    except typer.Abort:
+        sys.exit(1)
     except BrokenPipeError:
         sys.stderr.close()
         sys.exit(0)
+    except Exception as error:
+        told = getattr(error, "format_message", None)  # what typer raises for a command line that is none
+        if told is None:
+            raise
+        text = told().rstrip(".")
+        if text:
+            _refuse(f"{text}; see bitepoint --help")
+        sys.exit(2)

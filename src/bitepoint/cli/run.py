@@ -27,7 +27,7 @@ def run(
     """Run a scenario once and print its figures of merit."""
     from bitepoint import api
 
-    result = api.run(scenario, seed=seed, **read_settings(settings or []))
+    result = api.run(scenario, read_settings(settings or []), seed=seed)
     paths = [] if out is None else result.save(out)
     if as_json:
         typer.echo(json.dumps(result.to_json(), ensure_ascii=False, allow_nan=False))

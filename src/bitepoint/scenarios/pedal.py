@@ -45,6 +45,9 @@ def read_pedal_log(log: PedalLog) -> tuple[Floats, Floats]:
     """
     where = str(log.file)
     table = _read_table(log.file)
+    twice = [name for name in table.column_names if table.column_names.count(name) > 1]
+    if twice:
+        raise InputError(where, f"two columns are named {twice[0]}", "rename one of them")
     time_name = next((name for name in TIME_COLUMNS if name in table.column_names), None)
     if time_name is None:
         raise InputError(where, "no time column", f"expected a column named one of {', '.join(TIME_COLUMNS)}")
@@ -53,6 +56,8 @@ def read_pedal_log(log: PedalLog) -> tuple[Floats, Floats]:
         raise InputError(where, f"no column {log.column}", mend)
     time, value = _floats(table, time_name, where), _floats(table, log.column, where)
     time, value = _cut(log, time, value, where)
+    if not 0.0 <= log.rest <= 100.0:
+        raise InputError("pedal.rest", f"got {log.rest:g} %", "expected percent, 0 to 100")
     span = 100.0 if log.full is None else log.full - log.rest
     if span <= 0.0:
         raise InputError("pedal.full", f"got {log.full:g} %", f"expected more than pedal.rest, {log.rest:g} %")
@@ -63,9 +68,13 @@ def read_pedal_log(log: PedalLog) -> tuple[Floats, Floats]:
 
 
 def _cut(log: PedalLog, time: Floats, value: Floats, where: str) -> tuple[Floats, Floats]:
-    if not np.isfinite(time).all() or (np.diff(time) <= 0.0).any():
-        bad = int(np.flatnonzero(~(np.diff(time, prepend=-np.inf) > 0.0))[0])
+    rising = np.isfinite(time)
+    rising[1:] &= time[1:] > time[:-1]
+    if not rising.all():
+        bad = int(np.flatnonzero(~rising)[0])
         raise InputError(where, f"time does not increase in row {bad + 1}", "sort the rows and remove repeated ones")
+    if not time.size:
+        raise InputError(where, "fewer than two rows", "expected a header and rows of numbers")
     start = time[0] if log.start is None else log.start
     end = time[-1] if log.end is None else log.end
     inside = (time >= start) & (time <= end)

@@ -48,6 +48,9 @@ class Scenario:
     rules: Sequence[Mapping[str, Any]]
 
 
+LONGEST_HOLD = 100_000.0
+MOST_RULES = 16
+
 _TEXTS = ("plant", "vehicle", "controller", "metrics", "intent")
 _KEYS = ("meaning", *_TEXTS, "intents", "road", "timing", "stop")
 _RULE_KEYS = {"status", "signal", "above", "below", "hold", "reason"}
@@ -108,10 +111,22 @@ def _trace(value: object, where: str, key: str) -> tuple[Sequence[float], Sequen
     return trace["x"][:points].tolist(), trace["y"][:points].tolist()
 
 
+def _hold(value: object, where: str, key: str) -> float:
+    try:
+        hold = parse(value, "s")
+    except UnitError as error:
+        raise InputError(where, f"{key}: {error}", "expected a time, such as 0.5 s") from None
+    if not 0.0 <= hold <= LONGEST_HOLD:
+        raise InputError(where, f"{key}: got {brief(value)}", f"expected a time of 0..{LONGEST_HOLD:g} s")
+    return hold
+
+
 def _rules(value: object, where: str) -> Sequence[Mapping[str, Any]]:
     rules = cast("Sequence[object]", value)
     if not isinstance(value, list) or not all(isinstance(rule, Mapping) for rule in rules):
         raise InputError(where, "stop: not a list of rules", "expected - {status: ..., signal: ..., above: ...}")
+    if len(rules) > MOST_RULES:
+        raise InputError(where, f"stop: got {len(rules)} rules", f"expected at most {MOST_RULES}")
     result: list[Mapping[str, Any]] = []
     for number, entry in enumerate(rules):
         rule = {str(name): item for name, item in cast("Mapping[object, Any]", entry).items()}
@@ -119,9 +134,6 @@ def _rules(value: object, where: str) -> Sequence[Mapping[str, Any]]:
         if unknown or "status" not in rule or "signal" not in rule or ("above" in rule) == ("below" in rule):
             mend = "expected status, signal, above or below, and perhaps hold and reason"
             raise InputError(where, f"stop[{number}]: got keys {', '.join(rule)}", mend)
-        try:
-            rule["hold"] = parse(rule.get("hold", 0.0), "s")
-        except UnitError as error:
-            raise InputError(where, f"stop[{number}].hold: {error}", "expected a time, such as 0.5 s") from None
+        rule["hold"] = _hold(rule.get("hold", 0.0), where, f"stop[{number}].hold")
         result.append(rule)
     return result

@@ -23,6 +23,9 @@ F = TypeVar("F")
 CHUNK_BYTES = 32_000_000
 """Most memory that the recordings of one chunk of lanes take, per thread."""
 
+MOST_TICKS = 2_000_000
+"""Longest run: above an hour at the default tick."""
+
 SENTENCES = {
     loop.TIMED_OUT: ("timed out", "no stop rule held within {duration:g} s"),
     loop.NOT_FINITE: ("not finite", "an output of {part} was no finite number at {time:.3f} s"),
@@ -48,6 +51,9 @@ class Simulation:
         self.life: Life = life
         self.layout = lay_out(system)
         self.ticks = max(round(system.duration / system.tick), 1)
+        if self.ticks > MOST_TICKS:
+            mend = f"expected at most {MOST_TICKS} ticks of {system.tick:g} s"
+            raise InputError("timing.duration", f"got {system.duration:g} s", mend)
         self.noisy = [c for c in self.layout.connections if c.noise > 0.0]
         self.delay_places = 0
         self.plan = self._plan()
@@ -126,6 +132,9 @@ class Simulation:
         for index, connection in enumerate(self.layout.connections):
             period = self.system.parts[connection.part].period
             delay = 0
+            if connection.delay > self.system.duration:
+                mend = f"expected at most the duration, {self.system.duration:g} s"
+                raise InputError(f"delay.{connection.signal}", f"got {connection.delay:g} s", mend)
             if connection.delay > 0.0:
                 delay = _multiple(connection.delay, self.system.tick, f"delay.{connection.signal}")
             noise = self.noisy.index(connection) if connection.noise > 0.0 else -1

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
-from bitepoint.errors import InputError
+from bitepoint.errors import InputError, brief
 from bitepoint.files import find, library_names, read_yaml
 
 __all__ = ["Vehicle", "load_vehicle", "vehicle_names"]
@@ -48,12 +48,20 @@ def load_vehicle(name: str) -> Vehicle:
     if not isinstance(plant, str):
         raise InputError(where, "plant: missing or no name", "expected the name of a plant, such as: plant: dct")
     meaning = data.pop("meaning", "")
+    if not isinstance(meaning, str):
+        raise InputError(where, f"meaning: got {brief(meaning)}", "expected text")
     blocks: dict[str, Any] = {}
     sources: dict[str, str] = {}
     for key, block in data.items():
         blocks[key] = block
         if isinstance(block, Mapping):
             numbers = dict(cast("Mapping[str, Any]", block))
-            sources[key] = str(numbers.pop("source", ""))
-            blocks[key] = numbers
-    return Vehicle(path.stem, plant, str(meaning), where, blocks, sources)
+            source = numbers.pop("source", "")
+            if not isinstance(source, str):
+                raise InputError(
+                    where, f"{key}.source: got {brief(source)}", "expected text that says where it is from"
+                )
+            sources[key], blocks[key] = source, numbers
+    if "road" in blocks:
+        raise InputError(where, "road: does not belong to a vehicle", "set it in the scenario, or by --set road.grade")
+    return Vehicle(path.stem, plant, meaning, where, blocks, sources)
