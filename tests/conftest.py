@@ -33,6 +33,11 @@ def data_folder() -> Path:
     return folder
 
 
+def names_in(folder: Path) -> list[str]:
+    """The names of all that is in a folder, sorted."""
+    return sorted(path.name for path in folder.iterdir())
+
+
 Refused = Callable[..., str]
 
 
@@ -97,3 +102,13 @@ def bitepoint(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str
         return Outcome(status, printed.out, printed.err)
 
     return call
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """Say how many of the tests on measured data ran: a skipped one proves nothing."""
+    counts = {
+        outcome: sum("real_data" in report.keywords for report in terminalreporter.stats.get(outcome, []))
+        for outcome in ("passed", "failed", "skipped")
+    }
+    ran = counts["passed"] + counts["failed"]
+    terminalreporter.write_line(f"tests on measured data: {ran} ran, {counts['skipped']} skipped")

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from bitepoint.cache import cache_folder, write_atomically
+from tests.conftest import names_in
 
 fresh_cache_folder: Callable[[], Path] = cache_folder.__wrapped__
 """What `cache_folder` does in a new process."""
@@ -68,7 +69,7 @@ def test_a_file_is_written_whole(tmp_path: Path) -> None:
     write_atomically(path, b"one")
     write_atomically(path, b"two")
     assert path.read_bytes() == b"two"
-    assert os.listdir(path.parent) == ["file"]
+    assert names_in(path.parent) == ["file"]
     assert stat.S_IMODE(path.stat().st_mode) == 0o644
 
 
@@ -88,7 +89,7 @@ def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(
         with pytest.raises(type(failure)):
             write_atomically(path, b"new")
     assert path.read_bytes() == b"old"
-    assert os.listdir(tmp_path) == ["file"]
+    assert names_in(tmp_path) == ["file"]
 
 
 def test_a_write_that_fails_halfway_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
@@ -98,19 +99,19 @@ def test_a_write_that_fails_halfway_leaves_the_old_file_and_nothing_else(tmp_pat
     with pytest.raises(TypeError):
         write_atomically(path, unwritable)
     assert path.read_bytes() == b"old"
-    assert os.listdir(tmp_path) == ["file"]
+    assert names_in(tmp_path) == ["file"]
 
 
 def test_a_folder_in_the_way_is_an_error_and_stays(tmp_path: Path) -> None:
     (tmp_path / "file").mkdir()
     with pytest.raises(OSError, match="directory"):
         write_atomically(tmp_path / "file", b"new")
-    assert os.listdir(tmp_path) == ["file"]
-    assert os.listdir(tmp_path / "file") == []
+    assert names_in(tmp_path) == ["file"]
+    assert names_in(tmp_path / "file") == []
 
 
 def test_a_file_where_the_folder_should_be_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "file").write_bytes(b"old")
-    with pytest.raises(OSError, match="exists|directory"):
+    with pytest.raises(OSError, match=r"exists|directory"):
         write_atomically(tmp_path / "file" / "deeper", b"new")
     assert (tmp_path / "file").read_bytes() == b"old"

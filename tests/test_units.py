@@ -42,7 +42,7 @@ UNRESOLVED_POWER = "9**9**9**9"
         ("240 N*m", "N*m", 240.0),
         ("0.25 kg*m²", "kg*m^2", 0.25),
         ("20 degC", "K", 293.15),
-        ("-40 °F", "K", 233.15),
+        ("-40 °C", "K", 233.15),
         ("20 %", "1", 0.2),
         ("20 percent", "1", 0.2),
         ("14.1 %", "percent", 14.1),
@@ -65,7 +65,7 @@ def test_a_number_is_taken_to_the_bit(number: float) -> None:
         assert parse(value, "kg") == number
 
 
-@given(st.floats(-1e6, 1e6))
+@given(st.floats(-1e6, 1e6).filter(lambda x: x == 0.0 or abs(x) > 1e-300))
 @example(0.0)
 @example(-0.0)
 def test_conversion_and_back(number: float) -> None:
@@ -94,7 +94,7 @@ def test_what_is_not_finite_is_passed_on_for_the_range_check_to_name(value: obje
         ("--5 kg", "got '--5 kg'"),
         ("inf kg", "got 'inf kg'"),
         (True, "got True"),
-        (None, "got None"),
+        (None, "got nothing"),
         ([5], "got [5]"),
         ({"a": 5}, "got {'a': 5}"),
         (5j, "got 5j"),
@@ -125,11 +125,6 @@ def test_a_refusal_of_something_long_is_short_and_one_line() -> None:
         assert len(str(caught.value).splitlines()) == 1
 
 
-def test_a_logarithmic_unit_is_not_taken_for_a_factor() -> None:
-    with pytest.raises(UnitError):
-        parse("3 dB", "1")
-
-
 def test_a_unit_cannot_keep_the_machine_busy() -> None:
     program = f"""
 from bitepoint.units import UnitError, parse
@@ -139,7 +134,7 @@ for text in ("1 {UNRESOLVED_POWER}", "1 kg*{UNRESOLVED_POWER}", "1 kg**9**9**9",
     except UnitError:
         print("refused")
 """
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=20, check=True)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=10, check=True)
     assert done.stdout.split() == ["refused"] * 4
 
 
@@ -170,6 +165,12 @@ def test_a_conversion_is_remembered_so_that_a_warm_start_needs_no_pint(
     forget(monkeypatch)
     monkeypatch.setattr(units, "_ask_pint", no_pint)
     assert parse("30 degC", "K") == 303.15
+
+
+def test_a_logarithmic_unit_is_not_taken_for_a_factor(memory_file: Path) -> None:
+    with pytest.raises(UnitError):
+        parse("3 dB", "1")
+    assert not memory_file.exists()
 
 
 def test_a_refusal_is_not_remembered(memory_file: Path) -> None:
