@@ -24,7 +24,15 @@ FAST = ("-O3", "-march=native")
 PORTABLE = ("-O2", "-ffp-contract=off")
 """How it is compiled for comparison: any x86-64 or ARM processor, no fused multiply-add, as bitepoint's code."""
 
-FIGURES = ("launch_time", "friction_work", "jerk_peak", "jerk_peak_settled", "engine_speed_min", "end_speed", "energy_residual")
+FIGURES = (
+    "launch_time",
+    "friction_work",
+    "jerk_peak",
+    "jerk_peak_settled",
+    "engine_speed_min",
+    "end_speed",
+    "energy_residual",
+)
 """The figures of merit, in the yardstick's order."""
 
 STATUSES = {0: "launched", 1: "stalled", 2: "rolled back", -2: "timed out", -3: "not finite"}
@@ -34,7 +42,7 @@ _SOURCES = Path(__file__).parent / "c"
 _OUTCOME = np.dtype([("status", np.int64), ("rows", np.int64)])
 
 
-class NoCompiler(Exception):
+class NoCompilerError(Exception):
     """There is no C compiler, or it does not compile the yardstick."""
 
 
@@ -117,17 +125,17 @@ def build(folder: Path, options: tuple[str, ...] = FAST) -> ctypes.CDLL:
     """Compile the C sources into `folder` and load them.
 
     Raises:
-        NoCompiler: with the reason.
+        NoCompilerError: with the reason.
     """
     compiler = shutil.which("gcc") or shutil.which("cc")
     if compiler is None:
-        raise NoCompiler("no gcc or cc on the path")
+        raise NoCompilerError("no gcc or cc on the path")
     target = folder / f"yardstick{''.join(options)}.so"
     sources = sorted(str(source) for source in _SOURCES.glob("*.c"))
     command = [compiler, "-std=gnu11", *options, "-shared", "-fPIC", "-o", str(target), *sources, "-lm", "-lpthread"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise NoCompiler(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else "the compiler failed")
+        raise NoCompilerError(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else "the compiler failed")
     return ctypes.CDLL(str(target))
 
 
@@ -142,7 +150,12 @@ def compiler_version() -> str:
 def _hold_sizes(library: ctypes.CDLL, vehicles: RecordArray, calibration: RecordArray) -> None:
     """Raise where the C structs are not of the size of the records that they stand for."""
     sizes = (ctypes.c_int64 * 4).in_dll(library, "yardstick_sizes")
-    records = (vehicles.itemsize, calibration.itemsize, LaunchPidMeasurement.dtype.itemsize, LaunchPidCommand.dtype.itemsize)
+    records = (
+        vehicles.itemsize,
+        calibration.itemsize,
+        LaunchPidMeasurement.dtype.itemsize,
+        LaunchPidCommand.dtype.itemsize,
+    )
     if tuple(sizes) != records or vehicles.dtype != DctParameters.dtype:
         raise ValueError(f"records changed: {records} bytes in bitepoint, {tuple(sizes)} in benchmarks/c/yardstick.h")
 

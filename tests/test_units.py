@@ -203,3 +203,17 @@ def test_units_as_a_person_reads_them(unit: str, shown: str) -> None:
 
 def test_standard_gravity_is_the_defined_one() -> None:
     assert units.STANDARD_GRAVITY == 9.80665
+
+
+@pytest.mark.parametrize("text", ["800 1/min", "50 Hz", "3 1/s"])
+def test_a_speed_without_an_angle_is_refused(text: str) -> None:
+    with pytest.raises(UnitError, match="names no angle"):
+        parse(text, "rad/s")
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [("280 Nm", "N*m", 280.0), ("30 r/min", "rad/s", math.pi), ("60 rev/min", "rad/s", 2 * math.pi)],
+)
+def test_spellings_of_the_field_are_taken(text: str, unit: str, value: float) -> None:
+    assert parse(text, unit) == pytest.approx(value)

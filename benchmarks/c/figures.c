@@ -32,23 +32,6 @@ static double sync_time(const double *engine, const double *clutch, int64_t rows
     return NAN;
 }
 
-/* The integral of clutch torque times slip by the trapezoidal rule, from one time to another. */
-static double friction_work(const double *recording, int64_t size, int64_t rows, double tick, double start, double end)
-{
-    const double *torque = recording + CLUTCH_TORQUE * size;
-    const double *engine = recording + ENGINE_SPEED * size, *clutch = recording + CLUTCH_SPEED * size;
-    const int64_t first = (int64_t)(start / tick + 0.5), last = (int64_t)(end / tick);
-    double work = 0.0, before = torque[first] * (engine[first] - clutch[first]);
-    for (int64_t k = first + 1; k <= last; k++) {
-        const double power = torque[k] * (engine[k] - clutch[k]);
-        work += 0.5 * (before + power) * tick;
-        before = power;
-    }
-    const int64_t next = last + 1 < rows ? last + 1 : last;
-    const double after = torque[next] * (engine[next] - clutch[next]), share = end / tick - (double)last;
-    return work + 0.5 * (2.0 * before + share * (after - before)) * share * tick;
-}
-
 /* Butterworth filter of order 2, in place, from the steady state of its first sample on; k = tan(pi f / fs). */
 static void biquad(double *x, int64_t count, int64_t step, double k)
 {
@@ -101,6 +84,7 @@ void launch_figures(const Manoeuvre *m, const double *recording, int64_t rows, d
 {
     const int64_t size = m->ticks + 1;
     const double *engine = recording + ENGINE_SPEED * size, *speed = recording + VEHICLE_SPEED * size;
+    const double *heat = recording + FRICTION_HEAT * size;
     const double last = m->tick * (double)(rows - 1);
     for (int n = 0; n < FIGURES; n++) figures[n] = NAN;
     if (rows < 2) return;
@@ -117,7 +101,7 @@ void launch_figures(const Manoeuvre *m, const double *recording, int64_t rows, d
     figures[ENGINE_SPEED_MIN] = least;
     if (isnan(sync)) return;
     figures[LAUNCH_TIME] = sync - start;
-    figures[FRICTION_WORK] = friction_work(recording, size, rows, m->tick, start, sync);
+    figures[FRICTION_WORK] = at(heat, rows, m->tick, sync) - heat[onset];
     figures[JERK_PEAK] = jerk_peak(speed, rows, m->tick, sync, work);
     figures[END_SPEED] = at(speed, rows, m->tick, sync);
     if (until <= last) figures[JERK_PEAK_SETTLED] = jerk_peak(speed, rows, m->tick, until, work);

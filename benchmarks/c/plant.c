@@ -9,10 +9,21 @@
 static const double GRAVITY = 9.80665;
 static const double STARTING_SPEED = 5.0;   /* rad/s: below it the engine's drag fades */
 static const double LOSS_FADE_SPEED = 0.05; /* rad/s: below it the gears' loss fades */
+static const double STABILITY = 2.7;        /* longest step times fastest rate */
 
 static inline double sign(double x) { return (x > 0.0) - (x < 0.0); }
 
 typedef struct { double engine, friction, damper, halfshaft, gear_loss, drag, clutch; } Torques;
+
+/* The longest substep at which the driveline is stable. */
+static double stable_step(const Plant *p, const Vehicle *v)
+{
+    const double mobility = p->per_plate + p->ratio * p->ratio * p->per_axle;
+    const double decay = 0.5 * p->damper_damping * mobility;
+    const double damper = decay + sqrt(fabs(decay * decay - p->damper_stiffness * mobility));
+    const double fade = p->overrun_loss * p->ratio * v->clutch.torque_limit / LOSS_FADE_SPEED;
+    return STABILITY / (damper + (fade + p->halfshaft_damping) * p->per_axle);
+}
 
 static void plant_constants(Plant *p, const Vehicle *v)
 {
@@ -42,6 +53,7 @@ static void plant_constants(Plant *p, const Vehicle *v)
     p->per_engine = 1.0 / p->engine_inertia, p->per_plate = 1.0 / p->plate_inertia;
     p->per_both = 1.0 / (p->engine_inertia + p->plate_inertia);
     p->per_axle = 1.0 / p->axle_inertia, p->per_vehicle = 1.0 / p->vehicle_inertia;
+    p->substep = fmin(v->substep, stable_step(p, v));
     p->vehicle = v;
 }
 
@@ -279,7 +291,7 @@ void plant_init(Plant *p, const Vehicle *v, double *y)
 
 void plant_step(Plant *p, double dt, double *y)
 {
-    const int substeps = (int)clamp(dt / p->vehicle->substep + 0.999, 1.0, 1e5);
+    const int substeps = (int)clamp(dt / p->substep + 0.999, 1.0, 1e5);
     const double h = dt / substeps;
     for (int i = 0; i < substeps; i++) substep(p, h);
     if (!p->fits) switch_modes(p);

@@ -17,7 +17,7 @@ typedef struct {
     double drag_constant, drag_slope, filling_speed, filling_exponent, filling_floor;
     double ratio, radius, driving_loss, overrun_loss, grade_torque, rolling_torque, air;
     double engine_inertia, plate_inertia, axle_inertia, vehicle_inertia;
-    double per_engine, per_plate, per_both, per_axle, per_vehicle;
+    double per_engine, per_plate, per_both, per_axle, per_vehicle, substep;
     const Vehicle *vehicle;
     /* inputs and modes */
     double effect, capacity, slip_direction, rolling_direction;

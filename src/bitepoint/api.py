@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from bitepoint.assembly import Assembly, assemble
 from bitepoint.cache import write_atomically
@@ -30,7 +31,9 @@ class Result:
     """One run.
 
     Attributes:
-        status: "launched", "stalled", "rolled back", "timed out" or "not finite" for a launch; reason: a sentence.
+        scenario: its name.
+        status: "launched", "stalled", "rolled back", "timed out" or "not finite" for a launch.
+        reason: a sentence that says why it ended.
         metrics: figures of merit by name, each with .value (None where it does not exist) and .unit.
         recording: all signals over time.
     """
@@ -67,7 +70,7 @@ class Result:
             target.mkdir(parents=True, exist_ok=True)
             self.recording.to_parquet(paths[0])
             write_atomically(paths[1], (json.dumps(self.to_json(), indent=2, allow_nan=False) + "\n").encode())
-            write_atomically(paths[2], page.encode())
+            write_atomically(paths[2], page.encode(errors="backslashreplace"))
         except OSError as error:
             raise InputError(str(folder), f"cannot be written ({error.strerror})", "choose another folder") from None
         return paths
@@ -78,7 +81,9 @@ class BatchResult:
     """Many runs.
 
     Attributes:
-        status, reason: one per lane.
+        scenario: its name.
+        status: one per lane.
+        reason: a sentence per lane.
         metrics: figures of merit by name, shape (lanes,), NaN where a figure does not exist.
         units: their units.
         recordings: of the lanes that were asked for, by lane.
@@ -120,23 +125,31 @@ def run(
 
 def run_batch(
     scenario: str,
-    over: Mapping[str, Sequence[Any]],
+    over: Mapping[str, Sequence[Any] | npt.NDArray[Any]],
+    settings: Mapping[str, Any] | None = None,
+    /,
     *,
     record: Collection[int] = (),
     seed: int = 0,
     threads: int | None = None,
     progress: Callable[[int], None] | None = None,
-    **settings: Any,
+    **more: Any,
 ) -> BatchResult:
     """Run a scenario in many lanes at once, over all processors, in bounded memory.
 
     Args:
+        scenario: name in the library, or path of a scenario file.
         over: what differs: dotted keys of plant or controller, each with one value per lane.
+        settings, more: what all lanes share, as in `run`.
         record: lanes whose recordings are kept; the figures are kept of all.
         seed: of the noise; lane n has its own stream whatever the other lanes are.
+        threads: how many run at once; by default as many as there are processors.
         progress: called with the number of lanes that have just ended.
+
+    Raises:
+        InputError: whatever in the files, the settings or the lanes is not as it should be.
     """
-    assembly = assemble(scenario, _dotted(settings), over)
+    assembly = assemble(scenario, {**(settings or {}), **_dotted(more)}, over)
     family = FAMILIES[assembly.scenario.metrics]
     units: dict[str, str] = {}
 

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from bitepoint.controllers import launch_pid, none
 from bitepoint.controllers.controller import Controller
-from bitepoint.errors import InputError
+from bitepoint.errors import InputError, brief
 from bitepoint.kernels import Kernel
 from bitepoint.metrics import FAMILIES
 from bitepoint.numerics.filters import butterworth_forward_backward
@@ -34,11 +35,17 @@ CONTROLLERS: Mapping[str, Controller] = {c.name: c for c in (none.CONTROLLER, la
 PEDAL = Channel("pedal", "1", "accelerator pedal, 0 released, 1 fully pressed")
 """The signal that every scenario gives."""
 
+Lanes = Mapping[str, Sequence[Any] | npt.NDArray[Any]]
+"""Dotted keys with one value per lane each."""
+
 SET = "--set"
 """What errors name as the place of a setting."""
 
+OVER = "over"
+"""What errors name as the place of a value that differs between lanes."""
+
 _IMPERFECTIONS = ("lag", "delay", "noise")
-_PEDAL_KEYS = ("column", "rest", "full", "start", "end")
+_PEDAL_KEYS = ("column", "unit", "rest", "full", "start", "end")
 
 
 @dataclass(frozen=True)
@@ -66,7 +73,7 @@ class Assembly:
     about: Mapping[str, str]
 
 
-def assemble(scenario: str, settings: Mapping[str, Any], over: Mapping[str, Sequence[Any]] | None = None) -> Assembly:
+def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = None) -> Assembly:
     """Return the closed loop of a library scenario, or of a scenario file, with settings applied.
 
     Args:
@@ -125,6 +132,8 @@ def _refuse_unknown(settings: Settings, plant: Plant) -> None:
     choices = ("intent", "controller", "vehicle", "pedal")
     groups = (*plant.parameters.fields, "controller", "pedal", "timing", *_IMPERFECTIONS)
     for key in settings.choices:
+        if key in groups and key not in choices:
+            raise InputError(SET, f"{key}: a group of keys", f"name one of its keys, as in {key}.KEY=VALUE")
         if key not in choices:
             mend = f"expected one of {', '.join(choices)}, or a key of {', '.join(groups)}, such as vehicle.mass"
             raise InputError(SET, f"{key}: unknown key", mend)
@@ -150,15 +159,18 @@ def _controller(name: str, plant: Plant) -> Controller:
     return CONTROLLERS[name]
 
 
-def _lanes(over: Mapping[str, Sequence[Any]]) -> tuple[int, dict[str, dict[str, Sequence[Any]]]]:
+def _lanes(over: Lanes) -> tuple[int, dict[str, dict[str, Sequence[Any] | npt.NDArray[Any]]]]:
+    for key, values in over.items():
+        if isinstance(values, str) or np.ndim(values) != 1:
+            raise InputError(OVER, f"{key}: got {brief(values)}", "expected a sequence, one value per lane")
     lengths = {len(values) for values in over.values()}
     if len(lengths) > 1 or 0 in lengths:
-        raise InputError("over", f"got columns of {sorted(lengths)} values", "expected as many values in each")
-    groups: dict[str, dict[str, Sequence[Any]]] = {}
+        raise InputError(OVER, f"got columns of {sorted(lengths)} values", "expected as many values in each")
+    groups: dict[str, dict[str, Sequence[Any] | npt.NDArray[Any]]] = {}
     for key, values in over.items():
         group, dot, rest = key.partition(".")
         if not dot:
-            raise InputError("over", f"{key}: cannot differ between lanes", "expected keys such as vehicle.mass")
+            raise InputError(OVER, f"{key}: cannot differ between lanes", "expected keys such as vehicle.mass")
         groups.setdefault(group, {})[rest] = values
     return (lengths.pop() if lengths else 1), groups
 
@@ -170,16 +182,18 @@ def _nominal(plant: Plant, vehicle: Vehicle, scenario: Scenario) -> RecordArray:
     return plant.parameters.parse({**vehicle.blocks, "road": scenario.road}, vehicle.where)
 
 
-def _apply(record: type[Record], target: RecordArray, values: Mapping[str, Any], prefix: str = "") -> None:
+def _apply(
+    record: type[Record], target: RecordArray, values: Mapping[str, Any], prefix: str = "", where: str = SET
+) -> None:
     for key, value in values.items():
-        record.assign(target, key, value, SET, prefix)
+        record.assign(target, key, value, where, prefix)
 
 
 def _varied(
     plant: Plant,
     nominal: RecordArray,
     settings: Settings,
-    lane_groups: Mapping[str, Mapping[str, Sequence[Any]]],
+    lane_groups: Mapping[str, Lanes],
     lanes: int,
 ) -> RecordArray:
     """Return the parameters of the plant: the nominal ones with the settings, one record per lane where they differ."""
@@ -192,15 +206,13 @@ def _varied(
         parameters = np.repeat(parameters, lanes)
     for block in blocks:
         if block not in plant.parameters.fields:
-            raise InputError("over", f"{block}: unknown group", f"expected one of {', '.join(plant.parameters.fields)}")
-        _apply(plant.parameters, parameters, {f"{block}.{key}": v for key, v in lane_groups[block].items()})
+            raise InputError(OVER, f"{block}: unknown group", f"expected one of {', '.join(plant.parameters.fields)}")
+        _apply(plant.parameters, parameters, {f"{block}.{key}": v for key, v in lane_groups[block].items()}, "", OVER)
     plant.check(parameters, SET)
     return parameters
 
 
-def _calibration(
-    controller: Controller, settings: Mapping[str, Any], over: Mapping[str, Sequence[Any]], lanes: int
-) -> RecordArray:
+def _calibration(controller: Controller, settings: Mapping[str, Any], over: Lanes, lanes: int) -> RecordArray:
     shipped = controller.calibrations()
     name = str(settings.get("calibration", controller.default_calibration))
     if name not in shipped:
@@ -212,7 +224,9 @@ def _calibration(
     _apply(controller.calibration, calibration, changes, "controller.")
     if over:
         calibration = np.repeat(calibration, lanes)
-        _apply(controller.calibration, calibration, over, "controller.")
+        if "calibration" in over:
+            raise InputError(OVER, "controller.calibration: cannot differ between lanes", "run one batch for each")
+        _apply(controller.calibration, calibration, over, "controller.", OVER)
     return calibration
 
 
@@ -253,7 +267,10 @@ def _pedal_log(file: str, settings: Mapping[str, Any]) -> PedalLog:
         raise InputError(SET, "pedal.column: missing", f"name the pedal column of {file}")
     numbers = {key: _number(f"pedal.{key}", settings[key], "percent") for key in ("rest", "full") if key in settings}
     numbers |= {key: _number(f"pedal.{key}", settings[key], "s") for key in ("start", "end") if key in settings}
-    return PedalLog(Path(file), str(settings["column"]), **numbers)
+    unit = str(settings.get("unit", "percent"))
+    if unit not in ("percent", "ratio"):
+        raise InputError(SET, f"pedal.unit: got {unit}", "expected percent or ratio")
+    return PedalLog(Path(file), str(settings["column"]), **numbers, ratio=unit == "ratio")
 
 
 def _number(key: str, value: object, unit: str) -> float:

@@ -42,13 +42,20 @@ class Recording:
     channels: tuple[Channel, ...]
     data: Floats
     about: Mapping[str, str] = field(default_factory=dict[str, str])
+    _rows: Mapping[str, int] = field(init=False, repr=False, compare=False, default_factory=dict[str, int])
 
     def __post_init__(self) -> None:
         if self.data.shape != (len(self.channels), len(self.time)):
             raise ValueError(f"data is {self.data.shape}, expected {(len(self.channels), len(self.time))}")
+        object.__setattr__(self, "_rows", {channel.name: row for row, channel in enumerate(self.channels)})
+
+    def __repr__(self) -> str:
+        """Return one line: length, duration and number of channels."""
+        span = f"{self.time[0]:g}..{self.time[-1]:g} s" if len(self.time) else "empty"
+        return f"<Recording of {len(self.channels)} channels, {len(self.time)} rows, {span}>"
 
     def __contains__(self, name: str) -> bool:
-        return any(channel.name == name for channel in self.channels)
+        return name in self._rows
 
     def __getitem__(self, name: str) -> Floats:
         """Return the channel `name`, shape (n,).
@@ -56,17 +63,17 @@ class Recording:
         Raises:
             KeyError: there is no such channel; the message names those that there are.
         """
-        for channel, row in zip(self.channels, self.data, strict=True):
-            if channel.name == name:
-                return row
-        raise KeyError(f"no channel {name}; there are {', '.join(channel.name for channel in self.channels)}")
+        row = self._rows.get(name)
+        if row is None:
+            raise KeyError(f"no channel {name}; there are {', '.join(self._rows)}")
+        return self.data[row]
 
     def to_parquet(self, path: str | Path) -> None:
         """Write a Parquet file: a column `time` and one per channel, unit and meaning in each column's metadata."""
         pa, pq = _arrow()
         columns = [(Channel("time", "s", "time"), self.time), *zip(self.channels, self.data, strict=True)]
         fields = [pa.field(c.name, pa.float64(), False, {"unit": c.unit, "meaning": c.meaning}) for c, _ in columns]
-        schema = pa.schema(fields, metadata={"bitepoint": json.dumps(dict(self.about), ensure_ascii=False)})
+        schema = pa.schema(fields, metadata={"bitepoint": json.dumps(dict(self.about))})
         stream = io.BytesIO()
         pq.write_table(pa.Table.from_arrays([pa.array(values) for _, values in columns], schema=schema), stream)
         write_atomically(Path(path), stream.getvalue())

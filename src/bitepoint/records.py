@@ -354,7 +354,6 @@ def _parse_curve(field: Field, value: object, where: str, key: str) -> RecordArr
     for name in block:
         if name not in names:
             raise InputError(where, f"{key}.{name}: unknown key", f"expected {' and '.join(names)}")
-    result = Curve.zeros()
     columns: list[list[float]] = []
     for axis in field.axes:
         if axis.name not in block:
@@ -372,11 +371,7 @@ def _parse_curve(field: Field, value: object, where: str, key: str) -> RecordArr
         raise InputError(
             where, f"{key}.{names[0]}: not strictly increasing", "sort the points and remove repeated ones"
         )
-    spare = CURVE_POINTS - len(xs)
-    result["points"] = len(xs)
-    result["x"] = xs + [xs[-1]] * spare
-    result["y"] = ys + [ys[-1]] * spare
-    return result
+    return Curve.through(xs, ys)
 
 
 def _plain(field: Field, value: Any) -> Any:
@@ -397,3 +392,14 @@ class Curve(Record):
     points: int = count(2, CURVE_POINTS, "points in use")
     x: FloatArray = quantity("1", -1e12, 1e12, "abscissae, increasing; the unused ones repeat the last", shape=(32,))
     y: FloatArray = quantity("1", -1e12, 1e12, "ordinates; the unused ones repeat the last", shape=(32,))
+    slope: FloatArray = quantity("1", -1e300, 1e300, "from each point to the next; 0 from the last on", shape=(32,))
+
+    @classmethod
+    def through(cls, x: Sequence[float], y: Sequence[float]) -> RecordArray:
+        """Return the curve, shape (1,), through 2 to 32 points whose abscissae increase."""
+        result, spare = cls.zeros(), CURVE_POINTS - len(x)
+        result["points"] = len(x)
+        result["x"], result["y"] = [*x, *[x[-1]] * spare], [*y, *[y[-1]] * spare]
+        with np.errstate(over="ignore"):  # points that all but coincide
+            result["slope"][0, : len(x) - 1] = np.clip(np.diff(y) / np.diff(x), -1e300, 1e300)
+        return result

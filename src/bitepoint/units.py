@@ -22,6 +22,16 @@ STANDARD_GRAVITY = 9.80665
 """Standard acceleration of free fall, m/s^2 (CGPM 1901)."""
 
 _QUANTITY = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$")
+_ALIASES = {
+    "Nm": "N*m",
+    "Nms/rad": "N*m*s/rad",
+    "r/min": "rpm",
+    "rev/min": "rpm",
+    "kgm^2": "kg*m^2",
+    "kg m^2": "kg*m^2",
+}
+"""Spellings that the field writes daily."""
+
 _TOKEN = re.compile(r"\s+|\*\*|[()*/^·]|-?\d+|[^\W\d]\w*|[%°'\"]")
 _ANGLES = frozenset({"deg", "degree", "degrees", "rad", "radian", "radians", "°"})
 
@@ -52,8 +62,17 @@ def parse(value: object, unit: str, assumed: str | None = None) -> float:
         return number
     if unit == "1" and text in _ANGLES:
         raise UnitError(f"got an angle, {brief(value)}")
+    text = _ALIASES.get(text, text)
     scale, offset = _conversion(text, unit)
+    if "rad" in unit and not _names_an_angle(text):
+        raise UnitError(f"got unit {brief(text)}, which names no angle (rpm? rad/s?)")
     return number * scale + offset
+
+
+def _names_an_angle(text: str) -> bool:
+    """Return whether an angle is in the unit: 1/min and Hz would pass for rad/s without their factor of 2 pi."""
+    words = {word.rstrip("s") for word in re.findall(r"[^\W\d]+|°", text)}
+    return bool(words & {"rad", "radian", "deg", "degree", "°", "rpm", "turn", "revolution", "rotation", "cycle"})
 
 
 def _split(text: str) -> tuple[float, str]:
@@ -141,7 +160,7 @@ def _memory() -> dict[str, list[float]]:
 @cache
 def _memory_file() -> Path:
     # a conversion factor is a fact: it does not change with the version of pint that told it
-    return cache_folder() / "units-1.json"
+    return cache_folder() / "units-2.json"
 
 
 def display(unit: str) -> str:

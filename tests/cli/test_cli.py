@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -34,7 +35,7 @@ def test_run_json_is_one_object_with_every_figure_and_its_unit(bitepoint: Comman
     said = json.loads(done.out)
     assert list(said) == ["scenario", "status", "reason", "metrics"]
     assert (said["scenario"], said["status"]) == ("dct-launch", "launched")
-    assert said["reason"].startswith("engine and clutch turn as one at 1.")
+    assert said["reason"].startswith("engine and clutch turn as one, 1.")
     assert {name: figure["unit"] for name, figure in said["metrics"].items()} == UNITS
     assert all(list(figure) == ["value", "unit"] for figure in said["metrics"].values())
     assert all(math.isfinite(figure["value"]) for figure in said["metrics"].values())
@@ -45,7 +46,7 @@ def test_run_prints_the_figures_for_a_person(bitepoint: Command) -> None:
     first, second, *rows = done.out.splitlines()
     assert (done.status, done.err) == (0, "")
     assert first == "dct-launch: dct-t240, controller launch_pid"
-    assert second.startswith("launched: engine and clutch turn as one at ")
+    assert second.startswith("launched: engine and clutch turn as one, ")
     assert [row.split()[0] for row in rows] == list(UNITS)
     assert rows[0].endswith(" s")
     assert rows[2].endswith(" m/s³")
@@ -132,6 +133,18 @@ def test_a_setting_cannot_put_markup_into_the_page(bitepoint: Command, tmp_path:
     links = Links()
     links.feed((tmp_path / "out" / "launch.html").read_text(encoding="utf-8"))
     assert (done.status, links.loaded) == (0, [])
+
+
+def test_a_file_name_that_is_no_text_does_no_harm(bitepoint: Command, tmp_path: Path) -> None:
+    odd = tmp_path / os.fsdecode(b"car-\xff.yaml")
+    try:
+        odd.write_text(library_vehicle().read_text())
+    except OSError:
+        pytest.skip("this file system has only names that are text")
+    done = bitepoint("run", "dct-launch", "--json", "--set", f"vehicle={odd}", "--out", str(tmp_path / "out"))
+    assert (done.status, done.err) == (0, "")
+    assert names_in(tmp_path / "out") == FILES
+    assert Recording.from_parquet(tmp_path / "out" / "recording.parquet").about["set.vehicle"] == str(odd)
 
 
 def library_vehicle() -> Path:

@@ -12,10 +12,7 @@ from bitepoint.records import CURVE_POINTS, Curve
 
 
 def curve(x: list[float], y: list[float]) -> np.ndarray:
-    table = Curve.zeros()
-    spare = CURVE_POINTS - len(x)
-    table["points"], table["x"], table["y"] = len(x), [*x, *[x[-1]] * spare], [*y, *[y[-1]] * spare]
-    return table
+    return Curve.through(x, y)
 
 
 @settings(max_examples=200, deadline=None)

@@ -57,8 +57,9 @@ def test_sticks_on_a_slope_that_rolling_resistance_holds() -> None:
 def test_a_stiffer_damper_needs_no_shorter_setting(change: tuple[str, float]) -> None:
     p = nominal(PLANTS["dct"], "dct-t240")
     p["damper"][change[0]] = change[1]
-    bench, fine = PlantBench(PLANTS["dct"], p.copy()), PlantBench(PLANTS["dct"], p)
-    fine.p["solver"]["substep"] = 2e-5
+    bench = PlantBench(PLANTS["dct"], p.copy())
+    p["solver"]["substep"] = 2e-5
+    fine = PlantBench(PLANTS["dct"], p)
     for k in range(700):
         for each in (bench, fine):
             each.step(throttle=0.25, clutch_torque_command=min(0.3 * k, 120.0))

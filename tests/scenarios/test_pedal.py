@@ -88,7 +88,7 @@ def test_a_parquet_log_reads_as_its_csv(tmp_path: Path) -> None:
     [
         ("", ["cannot be read", "expected CSV with a header, or Parquet"]),
         ("t,p\n", ["fewer than two rows"]),
-        ("t,p\n0,1\n", ["fewer than two rows between 0 and 0 s", "expected part of 0..0 s"]),
+        ("t,p\n0,1\n", ["fewer than two rows from 0 s to 0 s", "expected part of 0..0 s"]),
         ("zeit,p\n0,1\n1,2\n", ["no time column", "expected a column named one of time, time_s, t, timestamp"]),
         ("t;p\n0;1\n1;2\n", ["no time column"]),
         ("t,q,r\n0,1,2\n1,2,2\n", ["no column p", "expected one of q, r"]),
@@ -123,7 +123,7 @@ def test_a_window_without_two_rows_is_refused(
     tmp_path: Path, start: float | None, end: float | None, refused: Refused
 ) -> None:
     log = PedalLog(written(tmp_path, LOG), "pedal_pct", start=start, end=end)
-    refused(lambda: read_pedal_log(log), "fewer than two rows between", "expected part of 10..15 s")
+    refused(lambda: read_pedal_log(log), "fewer than two rows from", "expected part of 10..15 s")
 
 
 @pytest.mark.parametrize("full", [14, 13.9, -100])
@@ -146,3 +146,9 @@ def test_a_missing_or_broken_file_is_refused(tmp_path: Path, name: str, refused:
     path.unlink()
     path.mkdir()
     refused(lambda: read_pedal_log(PedalLog(path, "p")), str(path))
+
+
+def test_a_ratio_has_to_be_said(tmp_path: Path, refused: Refused) -> None:
+    path = written(tmp_path, "t,p\n0,0\n1,0.4\n2,0.8\n")
+    refused(lambda: read_pedal_log(PedalLog(path, "p")), "values up to 0.8", "pedal.unit=ratio")
+    assert read_pedal_log(PedalLog(path, "p", ratio=True))[1].tolist() == [0.0, 0.4, 0.8]

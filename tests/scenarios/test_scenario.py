@@ -177,7 +177,7 @@ def test_reasons_have_a_default(tmp_path: Path) -> None:
     path = written(tmp_path, stop=[{"status": "fast", "signal": "vehicle_speed", "above": "1 km/h"}])
     result = api.run(path)
     assert result.status == "fast"
-    assert result.reason.startswith("vehicle_speed went above 1 km/h at ")
+    assert result.reason.startswith("vehicle_speed went above 1 km/h, ")
 
 
 def test_a_scenario_is_a_value() -> None:

@@ -47,9 +47,9 @@ def main() -> None:
         _refuse(str(error))
     except typer.Abort:
         sys.exit(1)
-    except BrokenPipeError:
-        sys.stderr.close()
-        sys.exit(0)
+    except OSError as error:
+        print(f"error: {error.strerror or error}", file=sys.stderr)
+        sys.exit(1)
     except Exception as error:
         told = getattr(error, "format_message", None)  # what typer raises for a command line that is none
         if told is None:

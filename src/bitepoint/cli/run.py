@@ -30,7 +30,7 @@ def run(
     result = api.run(scenario, read_settings(settings or []), seed=seed)
     paths = [] if out is None else result.save(out)
     if as_json:
-        typer.echo(json.dumps(result.to_json(), ensure_ascii=False, allow_nan=False))
+        typer.echo(json.dumps(result.to_json(), allow_nan=False))
         return
     about = result.recording.about
     typer.echo(f"{result.scenario}: {about['vehicle']}, controller {about['controller']}")

@@ -26,7 +26,7 @@ class Controller:
         measurement, command: signals, all floats; wired to the plant by name.
         init: kernel (parameters, state, measurement, command) for the moment the controller takes over.
         step: kernel (parameters, state, measurement, command, dt) -> status; status 0 is good.
-        period: default time between two steps, s.
+        period: time between two steps, s.
     """
 
     name: str

@@ -26,6 +26,7 @@ class OpenLoopParameters(Record):
 
     calibration: OpenLoopCalibration = nested(OpenLoopCalibration, "what can be set")
     torque_limit: float = quantity("N*m", 1, 10_000, "highest clutch torque")
+    rate_limit: float = quantity("N*m/s", 1, 1e6, "fastest change of the clutch torque")
 
 
 class OpenLoopState(Record):
@@ -62,7 +63,7 @@ def step(p: OpenLoopParameters, s: OpenLoopState, m: OpenLoopMeasurement, c: Ope
     if is_finite(m.pedal):
         status = 0
         goal = p.calibration.clutch_torque if m.pedal > p.calibration.pedal_threshold else 0.0
-        change = p.calibration.clutch_rate * dt
+        change = min(p.calibration.clutch_rate, p.rate_limit) * dt
         torque = clamp(goal, s.clutch_torque - change, s.clutch_torque + change)
         s.clutch_torque = clamp(torque, 0.0, p.torque_limit)
         c.throttle = clamp(m.pedal, 0.0, 1.0)
@@ -75,6 +76,7 @@ def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
     parameters = OpenLoopParameters.zeros(len(calibration))
     parameters["calibration"] = calibration
     parameters["torque_limit"] = vehicle["clutch"]["torque_limit"]
+    parameters["rate_limit"] = vehicle["clutch"]["torque_rate_limit"]
     return parameters
 
 

@@ -23,10 +23,14 @@ from bitepoint.kernels.interpreted import MATHS
 from bitepoint.kernels.kernel import Kernel, Parameter, closure
 from bitepoint.records import Field, Record
 
-LOWERING = "1"
+LOWERING = "2"
 """Part of every key: counts the changes of how this module turns Numba's output into object code."""
 
+INLINED = 225
+"""Instructions below which a kernel is compiled into its callers: 10 % faster, 10 % longer to compile."""
+
 _OPTIONS = 'error_model="numpy"'  # a division by zero gives inf or NaN, as in C
+_INNER = f"{_OPTIONS}, no_cpython_wrapper=True, no_cfunc_wrapper=True"  # nobody but the entry calls these
 
 
 @cache
@@ -95,7 +99,7 @@ def program(kernel: Kernel[..., Any]) -> str:
 
 
 def _definition(kernel: Kernel[..., Any]) -> str:
-    return f"@njit({_OPTIONS})\n{kernel.source.text}\n"
+    return f"@njit({_INNER})\n{kernel.source.text}\n"
 
 
 def _constants(kernel: Kernel[..., Any]) -> Iterator[tuple[str, float]]:
@@ -175,6 +179,8 @@ def _compile(kernel: Kernel[..., Any], file: Path) -> bytes:
     for function in module.functions:
         if not function.is_declaration and function.name != ENTRY_NAME:
             function.linkage = "internal"
+            if sum(1 for block in function.blocks for _ in block.instructions) < INLINED:
+                function.add_function_attribute("alwaysinline")
     builder = llvm.create_pass_builder(_machine(), llvm.create_pipeline_tuning_options(speed_level=3))
     builder.getModulePassManager().run(module, builder)
     return _machine().emit_object(module)
@@ -295,12 +301,12 @@ float_pointer, int_pointer = vector_at(types.float64), vector_at(types.int64)
 UNBOUNDED = 1 << 40
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 def floats_at(address):
     return carray(float_pointer(address), (UNBOUNDED,))
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 def ints_at(address):
     return carray(int_pointer(address), (UNBOUNDED,))
 
@@ -316,12 +322,12 @@ def invoke(typing_context, entry, arguments, steps, lanes):
     return types.void(types.intp, types.intp, types.intp, types.intp), codegen
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 def min(a, b):
     return b if b < a else a
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 def max(a, b):
     return b if b > a else a
 

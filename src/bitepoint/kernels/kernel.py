@@ -173,4 +173,4 @@ def closure(kernel: Kernel[..., Any], callers: tuple[Kernel[..., Any], ...] = ()
 
 def addresses_of(arrays: list[np.ndarray[Any, Any]]) -> np.ndarray[Any, np.dtype[np.int64]]:
     """Return the address of the first byte of each array."""
-    return np.array([array.__array_interface__["data"][0] for array in arrays], np.int64)
+    return np.array([array.ctypes.data for array in arrays], np.int64)

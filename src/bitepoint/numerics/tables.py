@@ -10,11 +10,17 @@ from bitepoint.records import Curve
 def lookup(table: Curve, x: float) -> float:
     """Return y(x) of the curve: linear between its points, constant beyond them, the first ordinate where x is NaN."""
     k = 0
-    for i in range(1, 31):
-        if i >= table.points - 1 or not (x >= table.x[i]):
+    for i in range(1, 32):
+        if i >= table.points or not (x >= table.x[i]):
             break
         k = i
-    x0 = table.x[k]
-    width = table.x[k + 1] - x0
-    share = (x - x0) / width if x > x0 else 0.0
-    return table.y[k] + min(share, 1.0) * (table.y[k + 1] - table.y[k])
+    return table.y[k] + (table.slope[k] * (x - table.x[k]) if x > table.x[k] else 0.0)
+
+
+@kernel
+def highest(table: Curve) -> float:
+    """Return the largest ordinate of the curve."""
+    peak = table.y[0]
+    for i in range(1, 32):
+        peak = max(peak, table.y[i])
+    return peak

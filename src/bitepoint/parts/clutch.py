@@ -11,7 +11,7 @@ class Clutch(Record):
 
     plate_inertia: float = quantity("kg*m^2", 1e-4, 5, "driven plate and primary side of its damper")
     torque_limit: float = quantity("N*m", 1, 10_000, "highest capacity that can be commanded")
-    torque_rate_limit: float = quantity("N*m/s", 1, 1e6, "fastest change of the capacity that is commanded")
+    torque_rate_limit: float = quantity("N*m/s", 1, 1e6, "fastest change that controllers command; the plant takes any")
     friction_gain: float = quantity("1", 0.1, 3, "true friction over the nominal one", default=1.0)
 
 

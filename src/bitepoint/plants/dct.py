@@ -23,9 +23,10 @@ import numpy as np
 from bitepoint.errors import InputError
 from bitepoint.kernels import is_finite, kernel, sign, to_index
 from bitepoint.numerics.integration import clearer, copier, runge_kutta_4
+from bitepoint.numerics.tables import highest
 from bitepoint.parts.body import Body, Road, air_coefficient, grade_torque, rolling_torque
 from bitepoint.parts.clutch import Clutch, clutch_capacity
-from bitepoint.parts.engine import Engine, engine_torque, throttle_effect, throttle_for
+from bitepoint.parts.engine import Engine, engine_drag, engine_torque, throttle_effect, throttle_for
 from bitepoint.parts.gears import LOSS_FADE_SPEED, Gearbox, axle_side_inertia, gear_loss_torque, overall_ratio
 from bitepoint.parts.shaft import Shaft, shaft_energy, shaft_loss, shaft_torque
 from bitepoint.plants.plant import Plant
@@ -82,12 +83,19 @@ class DctMode(Record):
     hill_hold: int = count(0, 1, "1 until the vehicle first moves: it cannot roll back")
     slip_direction: float = quantity("1", -1, 1, "sign of engine speed minus plate speed")
     rolling_direction: float = quantity("1", -1, 1, "sign of the vehicle's motion; 0 while it stands")
+    substep: float = quantity("s", 0, 0.002, "longest substep")
+    full_load_peak: float = quantity("N*m", 0, 5000, "highest torque of the engine")
     throttle_effect: float = quantity("1", 0, 50, "see parts.engine")
     capacity: float = quantity("N*m", 0, 30_000, "torque that clutch 1 can carry")
     ratio: float = quantity("1", 0, 2500, "engine side speed over axle speed")
     engine_inertia: float = quantity("kg*m^2", 0, 25, "engine with its transient loss")
     axle_inertia: float = quantity("kg*m^2", 0, 1000, "all that turns with the axle, at the axle")
     vehicle_inertia: float = quantity("kg*m^2", 0, 200_000, "mass at the wheel")
+    engine_mobility: float = quantity("1/(kg*m^2)", 0, 1e9, "one over the engine's inertia")
+    plate_mobility: float = quantity("1/(kg*m^2)", 0, 1e9, "one over the plate's inertia")
+    joint_mobility: float = quantity("1/(kg*m^2)", 0, 1e9, "one over the inertia of both, locked")
+    axle_mobility: float = quantity("1/(kg*m^2)", 0, 1e9, "one over the axle's inertia")
+    vehicle_mobility: float = quantity("1/(kg*m^2)", 0, 1e9, "one over the vehicle's inertia")
     grade_torque: float = quantity("N*m", -1e6, 1e6, "of the grade, at the wheel")
     rolling_torque: float = quantity("N*m", 0, 1e6, "of the rolling resistance, at the wheel")
     air_coefficient: float = quantity("N*m*s^2/rad^2", 0, 1000, "air resistance over wheel speed squared")
@@ -153,18 +161,18 @@ def rates(p: DctParameters, m: DctMode, x: DctMotion, d: DctMotion) -> None:
     drag = m.air_coefficient * x.wheel_speed * abs(x.wheel_speed) + m.rolling_direction * m.rolling_torque
     clutch = m.slip_direction * m.capacity
     if m.locked == 1:
-        d.engine_speed = (engine - friction - damper) / (m.engine_inertia + p.clutch.plate_inertia)
+        d.engine_speed = (engine - friction - damper) * m.joint_mobility
         d.plate_speed = d.engine_speed
         d.friction_work = 0.0
     else:
-        d.engine_speed = (engine - friction - clutch) / m.engine_inertia
-        d.plate_speed = (clutch - damper) / p.clutch.plate_inertia
+        d.engine_speed = (engine - friction - clutch) * m.engine_mobility
+        d.plate_speed = (clutch - damper) * m.plate_mobility
         d.friction_work = clutch * (x.engine_speed - x.plate_speed)
-    d.axle_speed = (m.ratio * damper - gear_loss - halfshaft) / m.axle_inertia
+    d.axle_speed = (m.ratio * damper - gear_loss - halfshaft) * m.axle_mobility
     if m.rolling_direction == 0.0:
         d.wheel_speed = 0.0
     else:
-        d.wheel_speed = (halfshaft - m.grade_torque - drag) / m.vehicle_inertia
+        d.wheel_speed = (halfshaft - m.grade_torque - drag) * m.vehicle_mobility
     d.damper_twist = damper_slip
     d.halfshaft_twist = halfshaft_slip
     d.distance = p.vehicle.wheel_radius * x.wheel_speed
@@ -186,8 +194,16 @@ def locked_torque(p: DctParameters, m: DctMode, x: DctMotion) -> float:
     """Return the torque, N m, that the clutch would have to carry to keep engine and plate together."""
     engine = engine_torque(p.engine, m.throttle_effect, x.engine_speed) - p.engine.friction * x.engine_speed
     damper = shaft_torque(p.damper, x.damper_twist, x.plate_speed - m.ratio * x.axle_speed)
-    share = p.clutch.plate_inertia / (m.engine_inertia + p.clutch.plate_inertia)
-    return damper + share * (engine - damper)
+    return damper + p.clutch.plate_inertia * m.joint_mobility * (engine - damper)
+
+
+@kernel
+def surely_locked(p: DctParameters, m: DctMode, x: DctMotion) -> bool:
+    """Return whether the clutch holds whatever the engine gives: true spares the look into the engine map."""
+    damper = abs(shaft_torque(p.damper, x.damper_twist, x.plate_speed - m.ratio * x.axle_speed))
+    engine = m.full_load_peak + engine_drag(p.engine, x.engine_speed) + p.engine.friction * abs(x.engine_speed)
+    share = p.clutch.plate_inertia * m.joint_mobility
+    return damper + share * (abs(engine) + damper) < m.capacity
 
 
 @kernel
@@ -200,7 +216,7 @@ def wheel_pull(p: DctParameters, m: DctMode, x: DctMotion) -> float:
 def crossed(p: DctParameters, m: DctMode, x: DctMotion) -> bool:
     """Return whether the modes no longer fit the motion."""
     if m.locked == 1:
-        clutch = abs(locked_torque(p, m, x)) > m.capacity
+        clutch = not surely_locked(p, m, x) and abs(locked_torque(p, m, x)) > m.capacity
     else:
         clutch = (x.engine_speed - x.plate_speed) * m.slip_direction < 0.0
     if m.rolling_direction == 0.0:
@@ -280,17 +296,29 @@ def substep(p: DctParameters, s: DctState, w: DctWork, h: float) -> None:
 
 
 @kernel
-def prepare(p: DctParameters, m: DctMode, u: DctInputs) -> None:
-    """Write into the mode what follows from parameters and inputs."""
-    m.throttle_effect = throttle_effect(p.engine, u.throttle)
-    m.capacity = clutch_capacity(p.clutch, u.clutch_torque_command)
+def prepare(p: DctParameters, m: DctMode) -> None:
+    """Write into the mode what follows from the parameters: these are constant from init on."""
+    m.substep = min(p.solver.substep, stable_step(p))
+    m.full_load_peak = highest(p.engine.full_load)
     m.ratio = overall_ratio(p.gearbox)
     m.engine_inertia = p.engine.inertia + p.engine.transient_loss
     m.axle_inertia = axle_side_inertia(p.gearbox)
     m.vehicle_inertia = p.vehicle.mass * p.vehicle.wheel_radius**2
+    m.engine_mobility = 1.0 / m.engine_inertia
+    m.plate_mobility = 1.0 / p.clutch.plate_inertia
+    m.joint_mobility = 1.0 / (m.engine_inertia + p.clutch.plate_inertia)
+    m.axle_mobility = 1.0 / m.axle_inertia
+    m.vehicle_mobility = 1.0 / m.vehicle_inertia
     m.grade_torque = grade_torque(p.vehicle, p.road)
     m.rolling_torque = rolling_torque(p.vehicle, p.road)
     m.air_coefficient = air_coefficient(p.vehicle, p.road)
+
+
+@kernel
+def follow_inputs(p: DctParameters, m: DctMode, u: DctInputs) -> None:
+    """Write into the mode what follows from the inputs."""
+    m.throttle_effect = throttle_effect(p.engine, u.throttle)
+    m.capacity = clutch_capacity(p.clutch, u.clutch_torque_command)
 
 
 @kernel
@@ -344,7 +372,8 @@ def init(p: DctParameters, s: DctState, u: DctInputs, y: DctOutputs, w: DctWork)
     s.mode.rolling_direction = 0.0
     u.throttle = throttle_for(p.engine, p.engine.friction * p.engine.idle_speed, p.engine.idle_speed)
     u.clutch_torque_command = 0.0
-    prepare(p, s.mode, u)
+    prepare(p, s.mode)
+    follow_inputs(p, s.mode, u)
     observe(p, s, y, w)
 
 
@@ -366,8 +395,8 @@ def stable_step(p: DctParameters) -> float:
 @kernel
 def step(p: DctParameters, s: DctState, u: DctInputs, y: DctOutputs, w: DctWork, dt: float) -> int:
     """Advance by dt; return 0, or 1 where a number is no longer finite."""
-    prepare(p, s.mode, u)
-    substeps = to_index(dt / min(p.solver.substep, stable_step(p)) + 0.999, 1, 100_000)
+    follow_inputs(p, s.mode, u)
+    substeps = to_index(dt / s.mode.substep + 0.999, 1, 100_000)
     h = dt / substeps
     for _i in range(substeps):
         substep(p, s, w, h)

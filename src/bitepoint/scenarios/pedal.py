@@ -21,7 +21,7 @@ class PedalLog:
 
     Attributes:
         file: CSV with a header, or Parquet.
-        column: name of the pedal column, in percent.
+        column: name of the pedal column, in percent, or a ratio where `ratio` is set.
         rest: its value with the pedal released, percent: subtracted.
         full: its value with the pedal fully pressed, percent; None: 100 percentage points above rest.
         start, end: part of the log, s in its own time; None: from its first or to its last row.
@@ -33,6 +33,7 @@ class PedalLog:
     full: float | None = None
     start: float | None = None
     end: float | None = None
+    ratio: bool = False
 
 
 def read_pedal_log(log: PedalLog) -> tuple[Floats, Floats]:
@@ -58,12 +59,17 @@ def read_pedal_log(log: PedalLog) -> tuple[Floats, Floats]:
     time, value = _cut(log, time, value, where)
     if not 0.0 <= log.rest <= 100.0:
         raise InputError("pedal.rest", f"got {log.rest:g} %", "expected percent, 0 to 100")
+    if log.ratio:
+        value = 100.0 * value
     span = 100.0 if log.full is None else log.full - log.rest
     if span <= 0.0:
         raise InputError("pedal.full", f"got {log.full:g} %", f"expected more than pedal.rest, {log.rest:g} %")
     low, high = float(value.min()), float(value.max())
     if low < -1.0 or high > 101.0:
         raise InputError(where, f"{log.column}: values from {low:g} to {high:g}", "expected percent, 0 to 100")
+    if 0.0 < high <= 1.0 and not log.ratio:
+        mend = "expected percent; add --set pedal.unit=ratio where 1 is fully pressed"
+        raise InputError(where, f"{log.column}: values up to {high:g}", mend)
     return time - time[0], np.clip((value - log.rest) / span, 0.0, 1.0)
 
 
@@ -80,7 +86,7 @@ def _cut(log: PedalLog, time: Floats, value: Floats, where: str) -> tuple[Floats
     inside = (time >= start) & (time <= end)
     if inside.sum() < 2:
         mend = f"expected part of {time[0]:g}..{time[-1]:g} s"
-        raise InputError(where, f"fewer than two rows between {start:g} and {end:g} s", mend)
+        raise InputError(where, f"fewer than two rows from {start:g} s to {end:g} s", mend)
     if not np.isfinite(value[inside]).all():
         first = float(time[inside][~np.isfinite(value[inside])][0])
         mend = "choose pedal.start and pedal.end where it has values"

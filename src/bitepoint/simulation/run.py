@@ -29,7 +29,7 @@ MOST_TICKS = 2_000_000
 SENTENCES = {
     loop.TIMED_OUT: ("timed out", "no stop rule held within {duration:g} s"),
     loop.NOT_FINITE: ("not finite", "an output of {part} was no finite number at {time:.3f} s"),
-    loop.FAULT: ("not finite", "{part} met a number that is not finite at {time:.3f} s"),
+    loop.FAULT: ("not finite", "{part} refused its inputs at {time:.3f} s"),
 }
 
 
@@ -115,7 +115,9 @@ class Simulation:
         for index, part in enumerate(system.parts):
             block = row["block"][index]
             block["init"], block["step"] = part.init.entry(self.life), part.step.entry(self.life)
-            block["every"] = _multiple(part.period, system.tick, f"period of {part.name}")
+            block["every"] = _multiple(
+                part.period, system.tick, f"timing.tick: {part.name} steps every {part.period:g} s"
+            )
             block["init_arguments"], block["step_arguments"] = first, first + len(part.init.parameters)
             first += len(part.init.parameters) + len(part.step.parameters) + 1
             block["first_output"], block["outputs"] = layout.outputs[index], len(part.outputs.fields)
@@ -264,7 +266,7 @@ def _sentence(system: System, outcome: Any) -> tuple[str, str]:
     number, time = int(outcome["status"]), float(outcome["ticks"]) * system.tick
     if number >= 0:
         rule = system.rules[number]
-        return rule.status, f"{rule.reason} at {time - rule.hold:.3f} s"
+        return rule.status, f"{rule.reason}, {time - rule.hold:.3f} s into the run"
     status, text = SENTENCES[number]
     part = system.parts[int(outcome["block"])].name
     return status, text.format(duration=system.duration, part=part, time=time)

@@ -1,0 +1,117 @@
+"""What the pages take from the package itself, so that no table goes stale.
+
+A line that holds only one of these is replaced when the site is built:
+
+    {{ record bitepoint.parts.engine.Engine }}   fields of a record
+    {{ signals }}     signals that parts are wired by
+    {{ cli run }}     arguments and options of a verb of the command line
+    {{ rooms }}       order of the rooms, as the import linter holds it
+    {{ maths }}       functions of `math` that kernels may call
+    {{ launches }}    published launches beside those of the shipped calibrations
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import typer
+import yaml
+
+REPOSITORY = Path(__file__).parents[1]
+
+_LINE = re.compile(r"^\{\{ (\w+)(?: ([\w.]+))? \}\}$", re.MULTILINE)
+
+
+def on_page_markdown(markdown: str, **_: Any) -> str:
+    """Return the page with every line of the kinds above replaced; mkdocs calls this for each page."""
+    return _LINE.sub(lambda match: _TABLES[match[1]](*filter(None, [match[2]])), markdown)
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table in markdown."""
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |" for line in lines)
+
+
+def record(path: str) -> str:
+    """Return the table of the record at the dotted path `path`."""
+    module, _, name = path.rpartition(".")
+    return getattr(import_module(module), name).markdown()
+
+
+def signals() -> str:
+    """Return the table of all signals."""
+    from bitepoint.assembly import signals as all_signals
+    from bitepoint.units import display
+
+    rows = [[f"`{channel.name}`", display(channel.unit) or "–", channel.meaning] for channel in all_signals()]
+    return table(["signal", "unit", "meaning"], rows)
+
+
+def cli(verb: str) -> str:
+    """Return the table of the arguments and options of a verb of the command line."""
+    from bitepoint.cli import app
+
+    group: Any = typer.main.get_command(app)
+    rows = [[_spelling(parameter), parameter.help or ""] for parameter in group.commands[verb].params]
+    return table(["argument or option", "meaning"], rows)
+
+
+def _spelling(parameter: Any) -> str:
+    if parameter.param_type_name == "argument":
+        return f"`{parameter.name.upper()}`" if parameter.required else f"`[{parameter.name.upper()}]`"
+    flag = ", ".join(parameter.opts)
+    if parameter.is_flag:
+        return f"`{flag}`"
+    repeat = ", may be repeated" if parameter.multiple else ""
+    return f"`{flag} {parameter.metavar or 'N'}`{repeat}"
+
+
+def rooms() -> str:
+    """Return the rooms, the highest first, from the contract of the import linter."""
+    project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text(encoding="utf-8"))
+    layers: list[str] = project["tool"]["importlinter"]["contracts"][0]["layers"]
+    rows = [[", ".join(f"`{room.strip()}`" for room in layer.split("|")), _purposes(layer)] for layer in layers]
+    return table(["room", "what it says of itself"], rows)
+
+
+def _purposes(layer: str) -> str:
+    docs = [import_module(room.strip()).__doc__ or "" for room in layer.split("|")]
+    return "<br>".join(" ".join(doc.split("\n\n")[0].split()) for doc in docs)
+
+
+def maths() -> str:
+    """Return the list of functions of `math` that kernels may call."""
+    from bitepoint.kernels.interpreted import MATHS
+
+    return ", ".join(f"`{name}`" for name in sorted(MATHS))
+
+
+@cache
+def launches() -> str:
+    """Return the published launches, and those of the two calibrations of launch_pid, run now."""
+    import bitepoint
+
+    published = yaml.safe_load((REPOSITORY / "tests" / "closed_loop" / "published.yaml").read_text(encoding="utf-8"))
+    figures = ("launch_time", "friction_work", "jerk_peak", "jerk_peak_settled")
+    rows: list[list[str]] = []
+    for intent in ("slow", "normal", "urgent"):
+        rows.append([intent, "published", *(f"{published[intent][name]:g}" for name in figures[:3]), "–"])
+        for calibration in ("paper", "tuned"):
+            found = bitepoint.run("dct-launch", intent=intent, controller__calibration=calibration).metrics
+            values = [found[name].value for name in figures]
+            time, work, jerk, settled = (float("nan") if value is None else value for value in values)
+            rows.append([intent, f"`{calibration}`", f"{time:.2f}", f"{work:.0f}", f"{jerk:.1f}", f"{settled:.1f}"])
+    header = ["intent", "", "launch time, s", "friction work, J", "jerk peak, m/s³", "jerk peak settled, m/s³"]
+    return table(header, rows)
+
+
+_TABLES: dict[str, Callable[..., str]] = {
+    "record": record, "signals": signals, "cli": cli, "rooms": rooms, "maths": maths, "launches": launches,
+}  # fmt: skip
