@@ -140,7 +140,8 @@ def run_batch(
     Args:
         scenario: name in the library, or path of a scenario file.
         over: what differs: dotted keys of plant or controller, each with one value per lane.
-        settings, more: what all lanes share, as in `run`.
+        settings: what all lanes share, as in `run`.
+        more: settings too, as in `run`.
         record: lanes whose recordings are kept; the figures are kept of all.
         seed: of the noise; lane n has its own stream whatever the other lanes are.
         threads: how many run at once; by default as many as there are processors.
