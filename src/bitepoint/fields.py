@@ -1,0 +1,94 @@
+"""Fields of records: what is declared of each number, once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from bitepoint.units import display
+
+if TYPE_CHECKING:
+    from bitepoint.records import Record
+
+CURVE_POINTS = 32
+"""Most points that a curve can have."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One coordinate of a curve: its name in files, its unit and its range."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Field:
+    """What a record says of one of its fields.
+
+    Attributes:
+        kind: "float", "int", "record", or "curve" (a nested `Curve` with units of its own).
+        unit: of a float, in pint's spelling; "1" for a plain ratio.
+        low, high: closed range that validation enforces and that index checks rely on.
+        default: value where a file leaves the field out; None means that it must be given.
+        shape: of a fixed-size array; () for a scalar.
+        padded: whether a file may give fewer numbers than the shape; the rest is then 0.
+        record: the type of a nested record; of a curve, `Curve`.
+        axes: of a curve.
+    """
+
+    name: str
+    kind: str
+    meaning: str
+    unit: str = "1"
+    low: float = -math.inf
+    high: float = math.inf
+    default: float | None = None
+    shape: tuple[int, ...] = ()
+    padded: bool = False
+    record: type[Record] | None = None
+    axes: tuple[Axis, ...] = ()
+
+    def expected(self) -> str:
+        """Return what a valid value looks like, in a few words."""
+        if self.kind == "record":
+            return "expected a block of keys"
+        if self.kind == "curve":
+            return "expected a block with " + " and ".join(f"{axis.name} ({axis.unit})" for axis in self.axes)
+        noun = "a whole number" if self.kind == "int" else "a number"
+        many = "" if not self.shape else " x ".join(str(size) for size in self.shape) + " times "
+        many = f"up to {many}" if self.padded else many
+        unit = "" if self.unit == "1" else f" {display(self.unit)}"
+        return f"expected {many}{noun} in {self.low:g}..{self.high:g}{unit}"
+
+
+def quantity(
+    unit: str,
+    low: float,
+    high: float,
+    meaning: str,
+    *,
+    default: float | None = None,
+    shape: tuple[int, ...] = (),
+    padded: bool = False,
+) -> Any:
+    """Declare a float field (or a fixed-size array of them) with its unit, closed range and meaning."""
+    return Field("", "float", meaning, unit, low, high, default, shape, padded)
+
+
+def count(low: int, high: int, meaning: str, *, default: int | None = None, shape: tuple[int, ...] = ()) -> Any:
+    """Declare an integer field: a count, an index, a mode or a flag (0..1)."""
+    return Field("", "int", meaning, "1", low, high, default, shape)
+
+
+def nested(record: type[Record], meaning: str, *, shape: tuple[int, ...] = ()) -> Any:
+    """Declare a field that is itself a record, or a fixed-size array of records (which no file can give)."""
+    return Field("", "record", meaning, record=record, shape=shape)
+
+
+def curve(x: tuple[str, str, float, float], y: tuple[str, str, float, float], meaning: str) -> Any:
+    """Declare a curve y(x) of 2 to 32 points; `x` and `y` are (name in files, unit, low, high)."""
+    return Field("", "curve", meaning, axes=(Axis(*x), Axis(*y)))
