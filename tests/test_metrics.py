@@ -179,9 +179,10 @@ def test_heat_that_was_recorded_is_taken_as_it_is() -> None:
     assert friction_work(run, 0.1234, 1.2345) == pytest.approx(7.0 * 1.1111, rel=ROUNDING)
 
 
-def test_the_onset_is_the_last_sample_before_the_pedal_is_pressed() -> None:
+def test_the_onset_is_where_the_pedal_passes_one_percent() -> None:
     time = raster(1.0, 0.1)
     assert pedal_onset(recording(time, pedal=np.where(time > 0.45, 0.5, 0.01))) == pytest.approx(0.4)
+    assert pedal_onset(recording(time, pedal=np.where(time > 0.45, 0.02, 0.0))) == pytest.approx(0.45)
     assert pedal_onset(recording(time, pedal=0.5)) == 0.0
     assert pedal_onset(recording(time, pedal=0.01)) is None
     assert pedal_onset(recording(time + 3.0, speed=0.5)) == 3.0
@@ -225,7 +226,10 @@ def launching(time: np.ndarray = TIME, *without: str, **instead: object) -> Reco
 ENERGIES = ("engine_work", "friction_heat", "losses", "stored_energy")
 
 
-HEAT = heat_at(SYNC) - heat_at(0.1)
+ONSET = 0.1 + 0.05 * 0.002
+"""s: where a straight line from 0 to 20 % of the pedal, over one step of TIME, passes 1 %."""
+
+HEAT = heat_at(SYNC) - heat_at(ONSET)
 
 
 def values(run: Recording) -> dict[str, float | None]:
@@ -237,7 +241,7 @@ def test_the_figures_of_a_launch() -> None:
     figures = launch(launching())
     assert {name: metric.unit for name, metric in figures.items()} == LAUNCH_UNITS
     found = values(launching())
-    assert found["launch_time"] == pytest.approx(SYNC - 0.1, abs=CROSSING)
+    assert found["launch_time"] == pytest.approx(SYNC - ONSET, abs=CROSSING)
     assert found["friction_work"] == pytest.approx(HEAT, rel=1e-6)
     assert found["end_speed"] == pytest.approx(0.6 * SYNC**2, rel=1e-6)
     assert found["jerk_peak"] == pytest.approx(1.2, rel=1e-6)
@@ -309,7 +313,8 @@ def test_a_measured_recording_has_every_figure_but_the_residual() -> None:
     time = np.cumsum(np.random.default_rng(6).uniform(0.008, 0.012, 300))
     measured = launching(time, *ENERGIES)
     assert len(measured.channels) == 5
-    found, onset = values(measured), time[time <= 0.1][-1]
+    before = int(np.searchsorted(time, 0.1, side="right")) - 1
+    found, onset = values(measured), float(time[before] + 0.05 * (time[before + 1] - time[before]))
     assert found["launch_time"] == pytest.approx(SYNC - onset, abs=CROSSING)
     assert found["friction_work"] == pytest.approx(heat_at(SYNC) - heat_at(onset), rel=1e-4)
     assert found["end_speed"] == pytest.approx(0.6 * SYNC**2, rel=1e-3)

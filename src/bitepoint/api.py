@@ -11,14 +11,14 @@ import json
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from bitepoint.assembly import Assembly, assemble
 from bitepoint.cache import write_atomically
-from bitepoint.errors import InputError
+from bitepoint.errors import InputError, brief
 from bitepoint.kernels import Life
 from bitepoint.metrics import FAMILIES, Metric, Metrics
 from bitepoint.recording import Floats, Recording
@@ -96,6 +96,16 @@ class BatchResult:
     units: Mapping[str, str]
     recordings: Mapping[int, Recording]
 
+    def __repr__(self) -> str:
+        """Return one line: how many lanes ended how."""
+        counts = ", ".join(f"{self.status.count(status)} {status}" for status in dict.fromkeys(self.status))
+        return f"<BatchResult of {self.scenario}: {counts}>"
+
+    @property
+    def launched(self) -> npt.NDArray[np.bool_]:
+        """Which lanes ended as "launched", shape (lanes,): the others may have synced, and then failed."""
+        return np.array([status == "launched" for status in self.status])
+
 
 def run(
     scenario: str = "dct-launch",
@@ -119,6 +129,7 @@ def run(
         InputError: whatever in the files or the settings is not as it should be.
     """
     assembly = assemble(scenario, {**(settings or {}), **_dotted(more)})
+    _check_options(seed, life)
     lane = Simulation(assembly.system, life=life).run(FAMILIES[assembly.scenario.metrics], seed=seed)[0]
     return _result(assembly, lane, seed)
 
@@ -151,6 +162,10 @@ def run_batch(
         InputError: whatever in the files, the settings or the lanes is not as it should be.
     """
     assembly = assemble(scenario, {**(settings or {}), **_dotted(more)}, over)
+    _check_options(seed, "compiled", threads)
+    for lane in record:
+        if not 0 <= lane < assembly.lanes:
+            raise InputError("record", f"got lane {lane}", f"expected lanes of 0..{assembly.lanes - 1}")
     family = FAMILIES[assembly.scenario.metrics]
     units: dict[str, str] = {}
 
@@ -168,6 +183,15 @@ def run_batch(
         assembly.scenario.name, [lane.status for lane in lanes], [lane.reason for lane in lanes],
         {name: table[:, k] for k, name in enumerate(units)}, units, recordings,
     )  # fmt: skip
+
+
+def _check_options(seed: Any, life: Any, threads: Any = None) -> None:
+    if not isinstance(seed, int) or seed < 0:
+        raise InputError("seed", f"got {brief(seed)}", "expected a whole number of 0 or more")
+    if life not in get_args(Life):
+        raise InputError("life", f"got {brief(life)}", f"expected one of {', '.join(get_args(Life))}")
+    if threads is not None and (not isinstance(threads, int) or threads < 1):
+        raise InputError("threads", f"got {brief(threads)}", "expected a whole number of 1 or more")
 
 
 def _dotted(settings: Mapping[str, Any]) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from bitepoint.numerics.filters import butterworth_forward_backward
 from bitepoint.plants import dct
 from bitepoint.plants.plant import Plant
 from bitepoint.recording import Channel
-from bitepoint.records import Record, RecordArray
+from bitepoint.records import Field, Record, RecordArray
 from bitepoint.scenarios import PedalLog, Scenario, Timing, load_scenario, read_pedal_log
 from bitepoint.simulation.loop import run_lane
 from bitepoint.simulation.system import Imperfections, Part, Profile, StopRule, System
@@ -267,10 +267,11 @@ def _pedal_log(file: str, settings: Mapping[str, Any]) -> PedalLog:
         raise InputError(SET, "pedal.column: missing", f"name the pedal column of {file}")
     numbers = {key: _number(f"pedal.{key}", settings[key], "percent") for key in ("rest", "full") if key in settings}
     numbers |= {key: _number(f"pedal.{key}", settings[key], "s") for key in ("start", "end") if key in settings}
-    unit = str(settings.get("unit", "percent"))
-    if unit not in ("percent", "ratio"):
-        raise InputError(SET, f"pedal.unit: got {unit}", "expected percent or ratio")
-    return PedalLog(Path(file), str(settings["column"]), **numbers, ratio=unit == "ratio")
+    unit = settings.get("unit")
+    if unit not in (None, "percent", "ratio"):
+        raise InputError(SET, f"pedal.unit: got {brief(unit)}", "expected percent or ratio")
+    ratio = None if unit is None else unit == "ratio"
+    return PedalLog(Path(file), str(settings["column"]), **numbers, ratio=ratio)
 
 
 def _number(key: str, value: object, unit: str) -> float:
@@ -322,6 +323,15 @@ def signals() -> list[Channel]:
     records += [controller.command for controller in CONTROLLERS.values()]
     found = {f.name: Channel(f.name, f.unit, f.meaning) for record in records for f in record.fields.values()}
     return [PEDAL, *found.values()]
+
+
+def keys() -> Iterator[tuple[str, Field]]:
+    """Yield every dotted key that `--set` takes for a number or a curve, with what is declared of it."""
+    for plant in PLANTS.values():
+        yield from plant.parameters.table()
+    for controller in CONTROLLERS.values():
+        yield from controller.calibration.table("controller.")
+    yield from Timing.table("timing.")
 
 
 def all_kernels() -> list[Kernel[..., Any]]:

@@ -47,26 +47,35 @@ Metrics = Mapping[str, Metric]
 
 
 def pedal_onset(recording: Recording) -> float | None:
-    """Return the time, s, from which on the pedal is pressed; the first time where there is no pedal channel."""
+    """Return the time, s, at which the pedal passes 1 %; the first time where there is no pedal channel."""
     if "pedal" not in recording:
         return float(recording.time[0])
-    pressed = np.flatnonzero(recording["pedal"] > PEDAL_THRESHOLD)
-    return float(recording.time[max(pressed[0] - 1, 0)]) if pressed.size else None
+    time, pedal = recording.time, recording["pedal"]
+    pressed = np.flatnonzero(pedal > PEDAL_THRESHOLD)
+    if not pressed.size or pressed[0] == 0:
+        return float(time[0]) if pressed.size else None
+    k = int(pressed[0])
+    return float(time[k - 1] + (time[k] - time[k - 1]) * (PEDAL_THRESHOLD - pedal[k - 1]) / (pedal[k] - pedal[k - 1]))
 
 
 def sync_time(recording: Recording, onset: float) -> float | None:
     """Return the time, s, at which the slip first reaches 0 after the onset, or None.
 
-    Between two samples it is where the slip would have been 0 at its latest rate.
+    A recorded `clutch_locked_time` says it to the last digit. Else, between two samples, it is where the slip would
+    have been 0 at its latest rate: with a lock within the step, a straight line would always end at the later sample.
     """
     time, slip = recording.time, recording["engine_speed"] - recording["clutch_speed"]
-    closed = np.flatnonzero((slip <= 0.0) & (time > onset))
-    if not closed.size or closed[0] == 0 or slip[closed[0] - 1] <= 0.0:
+    before, after = slip[:-1], slip[1:]
+    closed = np.flatnonzero((before != 0.0) & (after * np.sign(before) <= 0.0) & (time[1:] > onset))
+    if not closed.size:
         return None
-    k = int(closed[0])
+    k = int(closed[0]) + 1
+    if slip[k] == 0.0 and "clutch_locked_time" in recording:
+        return float(time[k] - recording["clutch_locked_time"][k])
     fall = slip[k - 1] - slip[k]
-    if slip[k] == 0.0 and k >= 2:  # locked on the way: the rate is that of the sample before
-        fall = max(fall, (slip[k - 2] - slip[k - 1]) * (time[k] - time[k - 1]) / (time[k - 1] - time[k - 2]))
+    if slip[k] == 0.0 and k >= 2:
+        rate = (slip[k - 2] - slip[k - 1]) * (time[k] - time[k - 1]) / (time[k - 1] - time[k - 2])
+        fall = rate if abs(rate) > abs(fall) and rate * fall > 0.0 else fall
     return float(time[k - 1] + (time[k] - time[k - 1]) * slip[k - 1] / fall)
 
 
@@ -122,14 +131,15 @@ def energy_residual(recording: Recording) -> float | None:
 
 
 def launch(recording: Recording) -> Metrics:
-    """Return the figures of a launch; those that need a sync are None where there was none."""
+    """Return the figures of a launch; those that need a sync, or a missing channel, are None."""
     with np.errstate(invalid="ignore", over="ignore"):  # of a run that left the finite numbers
         return _launch(recording)
 
 
 def _launch(recording: Recording) -> Metrics:
-    onset = pedal_onset(recording)
-    sync = None if onset is None else sync_time(recording, onset)
+    onset = pedal_onset(recording) if "engine_speed" in recording else None
+    complete = all(name in recording for name in ("clutch_speed", "clutch_torque", "vehicle_speed"))
+    sync = sync_time(recording, onset) if onset is not None and complete else None
     values: dict[str, float | None] = dict.fromkeys(LAUNCH_UNITS)
     if onset is not None:
         after = recording.time >= onset
@@ -141,7 +151,8 @@ def _launch(recording: Recording) -> Metrics:
         values["jerk_peak"] = jerk_peak(recording, sync)
         values["end_speed"] = float(np.interp(sync, recording.time, recording["vehicle_speed"]))
         if sync + SETTLING_TIME <= recording.time[-1]:
-            values["jerk_peak_settled"] = jerk_peak(recording, sync + SETTLING_TIME)
+            both = (values["jerk_peak"], jerk_peak(recording, sync + SETTLING_TIME))
+            values["jerk_peak_settled"] = max((peak for peak in both if peak is not None), default=None)
     values["energy_residual"] = energy_residual(recording)
     return {name: Metric(_existing(values[name]), unit) for name, unit in LAUNCH_UNITS.items()}
 

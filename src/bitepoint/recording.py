@@ -47,6 +47,8 @@ class Recording:
     def __post_init__(self) -> None:
         if self.data.shape != (len(self.channels), len(self.time)):
             raise ValueError(f"data is {self.data.shape}, expected {(len(self.channels), len(self.time))}")
+        if len({channel.name for channel in self.channels}) < len(self.channels):
+            raise ValueError("two channels have one name")
         object.__setattr__(self, "_rows", {channel.name: row for row, channel in enumerate(self.channels)})
 
     def __repr__(self) -> str:

@@ -68,6 +68,8 @@ class Record:
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
+        if cls.__bases__ != (Record,):
+            raise TypeError(f"{cls.__name__}: a record has no other base than Record; nest records instead")
         annotations = inspect.get_annotations(cls)
         fields: dict[str, Field] = {}
         for name, annotation in annotations.items():

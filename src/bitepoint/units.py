@@ -22,15 +22,9 @@ STANDARD_GRAVITY = 9.80665
 """Standard acceleration of free fall, m/s^2 (CGPM 1901)."""
 
 _QUANTITY = re.compile(r"^\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$")
-_ALIASES = {
-    "Nm": "N*m",
-    "Nms/rad": "N*m*s/rad",
-    "r/min": "rpm",
-    "rev/min": "rpm",
-    "kgm^2": "kg*m^2",
-    "kg m^2": "kg*m^2",
-}
-"""Spellings that the field writes daily."""
+_ALIASES = {"r/min": "rpm", "rev/min": "rpm", "U/min": "rpm", "kg m2": "kg*m^2", "kgm2": "kg*m^2"}
+_SPELLINGS = ((re.compile(r"\bNms\b"), "N*m*s"), (re.compile(r"\bNm\b"), "N*m"), (re.compile(r"\bkgm\b"), "kg*m"))
+"""What the field writes daily, and pint reads otherwise or not at all."""
 
 _TOKEN = re.compile(r"\s+|\*\*|[()*/^·]|-?\d+|[^\W\d]\w*|[%°'\"]")
 _ANGLES = frozenset({"deg", "degree", "degrees", "rad", "radian", "radians", "°"})
@@ -62,7 +56,9 @@ def parse(value: object, unit: str, assumed: str | None = None) -> float:
         return number
     if unit == "1" and text in _ANGLES:
         raise UnitError(f"got an angle, {brief(value)}")
-    text = _ALIASES.get(text, text)
+    text = _ALIASES.get(text, text).replace("²", "^2").replace("³", "^3")
+    for pattern, spelling in _SPELLINGS:
+        text = pattern.sub(spelling, text)
     scale, offset = _conversion(text, unit)
     if "rad" in unit and not _names_an_angle(text):
         raise UnitError(f"got unit {brief(text)}, which names no angle (rpm? rad/s?)")

@@ -232,3 +232,47 @@ def test_figure_has_axes_with_units() -> None:
     assert titles == ["speed, rpm", "torque, N m", "opening, %", "speed, km/h", "jerk, m/s³; acceleration, m/s²"]
     assert [axis.title.text for axis in figure.select_xaxes()][-1] == "time, s"
     assert len(figure.data) >= 9
+
+
+def lifted(tmp_path: Path, *settings: tuple[str, str]) -> Result:
+    """The driver lifts the pedal from 31 to 10 % while the clutch slips."""
+    log = tmp_path / "lift.csv"
+    log.write_text("time,p\n0,0\n0.2,31\n0.9,31\n1.0,10\n6,10\n")
+    return bitepoint.run("dct-launch", {"pedal": str(log), "pedal.column": "p", **dict(settings)})
+
+
+def test_lifting_the_pedal_never_makes_the_clutch_grip_harder(tmp_path: Path) -> None:
+    recording = lifted(tmp_path).recording
+    command, phase = recording["clutch_torque_command"], recording["launch_phase"]
+    at_lift = command[np.searchsorted(recording.time, 0.9)]
+    slipping = (recording.time > 0.9) & (phase == 1.0)
+    assert command[slipping].max() < at_lift + 40.0  # what the pedal still asks for until it is down
+
+
+def test_figures_do_not_depend_on_the_tick_at_all() -> None:
+    times = [value(bitepoint.run("dct-launch", timing__tick=tick), "launch_time") for tick in ("10 ms", "2 ms", "1 ms")]
+    assert times == pytest.approx([times[0]] * 3, abs=2e-4)
+
+
+def test_more_lanes_than_parameters_are_refused() -> None:
+    from bitepoint.assembly import assemble
+    from bitepoint.metrics import launch
+    from bitepoint.simulation.run import Simulation
+
+    simulation = Simulation(assemble("dct-launch", {}, {"vehicle.mass": [1500, 1600]}).system)
+    with pytest.raises(ValueError, match="parameters for 2 lanes"):
+        simulation.run(launch, lanes=8)
+
+
+@pytest.mark.parametrize("option", [{"seed": -1}, {"seed": 1.5}, {"life": "Compiled"}])
+def test_odd_options_are_refused(option: dict[str, object]) -> None:
+    with pytest.raises(InputError):
+        bitepoint.run("dct-launch", **option)  # pyright: ignore
+
+
+def test_launched_marks_the_lanes_that_count() -> None:
+    over = {"clutch.friction_gain": [1.0, 0.1]}
+    batch = bitepoint.run_batch("dct-launch", over, {"road.grade": "30 %", "timing.duration": "3 s"})
+    assert batch.launched.tolist() == [batch.status[0] == "launched", False]
+    assert "lanes" not in repr(batch)
+    assert len(repr(batch)) < 200

@@ -24,6 +24,7 @@ class Example(Record):
 
     x: float = quantity("1", -1e9, 1e9, "a number")
     mode: int = count(0, 3, "a mode")
+    large: int = count(0, 1_000_000_000, "a large number")
     table: FloatArray = quantity("1", -1, 1, "a table", shape=(SIZE,))
     matrix: FloatArray = quantity("1", -1, 1, "a matrix", shape=(2, 3))
     inner: Inner = nested(Inner, "a nested record")
@@ -101,8 +102,8 @@ def float_index(e: Example) -> float:
 def growing_index(e: Example) -> float:
     k = 0
     for i in range(3):
-        k = k + 1
-    return e.table[k]  # here
+        k = k + 1  # here
+    return e.table[k]
 
 
 @kernel
@@ -270,13 +271,75 @@ def wrong_result(x: float) -> int:
     return x  # here
 
 
+@kernel
+def bounds_the_wrong_way(e: Example, x: float) -> float:
+    return e.table[to_index(x, 5, e.mode)]  # here
+
+
+@kernel
+def overflowing_product(e: Example) -> float:
+    return e.table[min(e.large * e.large * e.large, 3)]  # here
+
+
+@kernel
+def unknown_sum(n: int) -> int:
+    return n + 1  # here
+
+
+@kernel
+def huge_constant(x: float) -> float:
+    return x + float(100000000000000000000)  # here
+
+
+@kernel
+def double(x: float) -> float:  # here
+    return x
+
+
+@kernel
+def shadowed(x: float) -> float:  # here
+    register = x
+    return register
+
+
+@kernel
+def bump(e: Example) -> float:
+    e.x = e.x + 1.0
+    return e.x
+
+
+@kernel
+def hidden_order(e: Example) -> float:
+    return bump(e) - 2.0 * e.x  # here
+
+
+@kernel
+def loop_name_is_a_local(x: float) -> float:
+    i = 7
+    for i in range(3):  # here
+        y = x
+    return x
+
+
+@kernel
+def index_by_call(e: Example) -> None:
+    e.table[to_index(e.x, 0, 3)] /= 2.0  # here
+
+
+@kernel
+def only_a_docstring(x: float) -> float:  # here
+    """Nothing."""
+
+
 REFUSED = [
     unannotated, no_result, while_loop, early_return, two_types, integer_for_float, float_for_integer,
     integer_out_of_range, negative_index, index_too_large, unchecked_index, float_index, growing_index,
     one_index_for_two, int_of_float, a_slice, an_alias, a_tuple, modulo, floor_division, cube, number_as_condition,
     chained, three_arguments, mixed_maximum, other_maths, a_string, lower_case_global, unknown_field, maybe_unset,
     loop_variable_afterwards, assigned_parameter, raising, comprehension, keyword_call, wrong_record, plain_python,
-    default_argument, loop_over_table, bool_arithmetic, recursive, wrong_result,
+    default_argument, loop_over_table, bool_arithmetic, recursive, wrong_result, bounds_the_wrong_way,
+    overflowing_product, unknown_sum, huge_constant, double, shadowed, hidden_order, loop_name_is_a_local,
+    index_by_call, only_a_docstring,
 ]  # fmt: skip
 
 

@@ -28,13 +28,15 @@ def test_refuses_with_file_and_line(kernel: Kernel[..., Any]) -> None:
 def test_every_refused_example_is_listed() -> None:
     kernels = [value for value in vars(subset_examples).values() if isinstance(value, Kernel)]
     own = [kernel for kernel in kernels if kernel.__module__ == subset_examples.__name__]
-    assert len(own) - len(subset_examples.REFUSED) == 2  # reads_example and all_that_is_allowed
+    assert len(own) - len(subset_examples.REFUSED) == 3  # reads_example, bump and all_that_is_allowed
 
 
 def test_allows_the_subset() -> None:
     found = check(subset_examples.all_that_is_allowed)
     assert (found.locals["k"].low, found.locals["k"].high) == (0, 3)
     assert found.result.kind == "float"
+    assert found.written == {"e"}
+    assert check(subset_examples.reads_example).written == set()
 
 
 def test_check_comes_before_any_life() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bitepoint.assembly import PLANTS
+from bitepoint.parts.gears import axle_side_inertia
 from tests.contracts.harness import PlantBench, nominal, same_bits
 
 PHASES = (
@@ -72,3 +73,54 @@ def test_a_stalled_engine_comes_to_rest() -> None:
         bench.step(throttle=0.0, clutch_torque_command=0.0)
     assert abs(bench.y["engine_speed"][0]) < 0.5
     assert np.isfinite(bench.y.view(np.float64)).all()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"halfshaft": {"damping": 1e5}, "vehicle": {"mass": 50.0, "wheel_radius": 0.1}},
+        {
+            "halfshaft": {"damping": 0.0, "stiffness": 1e7},
+            "damper": {"damping": 0.0},
+            "gearbox": {"efficiency": 1.0, "axle_inertia": 0.1, "odd_shaft_inertia": 0.001, "layshaft_inertia": 0.0},
+        },
+    ],
+    ids=["heavily damped, light car", "stiff and undamped"],
+)
+def test_the_substep_follows_whatever_driveline(changes: dict[str, dict[str, float]]) -> None:
+    p = nominal(PLANTS["dct"], "dct-t240")
+    for block, values in changes.items():
+        for name, value in values.items():
+            p[block][name] = value
+    bench = PlantBench(PLANTS["dct"], p)
+    before = bench.y.copy()
+    for k in range(300):
+        assert bench.step(throttle=0.25, clutch_torque_command=min(0.4 * k, 90.0))[0] == 0
+    y = bench.y
+    missed = y["engine_work"] - y["friction_heat"] - y["losses"] - (y["stored_energy"] - before["stored_energy"])
+    assert abs(missed[0]) < 1e-3 * y["engine_work"][0]
+
+
+def test_the_fuel_is_cut_above_the_speed_limit() -> None:
+    bench = PlantBench(PLANTS["dct"], nominal(PLANTS["dct"], "dct-t240"))
+    for _ in range(5000):
+        bench.step(throttle=1.0, clutch_torque_command=0.0)
+    assert 628.0 < bench.y["engine_speed"][0] < 640.0
+
+
+def test_the_lock_is_known_to_within_the_step() -> None:
+    times = []
+    for tick in (0.01, 0.002, 0.0005):
+        bench = PlantBench(PLANTS["dct"], nominal(PLANTS["dct"], "dct-t240"))
+        for _ in range(round(1.0 / tick)):
+            bench.step(tick, throttle=0.15, clutch_torque_command=100.0)
+        assert bench.y["clutch_locked"][0] == 1.0
+        times.append(1.0 - bench.y["clutch_locked_time"][0])
+    assert times == pytest.approx([times[0]] * 3, abs=1e-6)
+
+
+def test_axle_inertia_in_third_gear() -> None:
+    gearbox = nominal(PLANTS["dct"], "dct-t240")["gearbox"].copy()
+    gearbox["gear"] = 3
+    turning = 0.006 * 1.2301**2 + 0.008 + 0.006 * 1.7064**2
+    assert axle_side_inertia.run(gearbox)[0] == pytest.approx(1.6 + 4.4705**2 * turning)

@@ -158,7 +158,7 @@ def test_a_scenario_that_its_plant_cannot_do_is_refused(
     [
         ({"vehicle": "boat"}, ["boat: no such vehicle", "dct-na190, dct-t240"]),
         ({"controller": "hope"}, ["got hope", "expected one of none, launch_pid"]),
-        ({"timing__tick": "3 ms"}, ["got 0.01 s", "expected a multiple of the tick, 0.003 s"]),
+        ({"timing__tick": "3 ms"}, ["timing.tick", "0.01 s over a tick of 0.003 s", "expected a multiple of the tick"]),
     ],
 )
 def test_a_scenario_whose_parts_do_not_fit_is_refused(

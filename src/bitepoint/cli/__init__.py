@@ -9,6 +9,7 @@ import typer
 
 from bitepoint.cli.list import list_parts
 from bitepoint.cli.run import run
+from bitepoint.cli.show import show
 from bitepoint.cli.warmup import warmup
 from bitepoint.errors import BitepointError
 from bitepoint.version import __version__
@@ -22,6 +23,7 @@ app = typer.Typer(
 )
 app.command("run")(run)
 app.command("list")(list_parts)
+app.command("show")(show)
 app.command("warmup")(warmup)
 
 

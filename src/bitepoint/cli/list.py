@@ -13,14 +13,14 @@ from bitepoint.errors import InputError
 
 def list_parts(
     what: Annotated[
-        str | None, typer.Argument(help="vehicles, scenarios, controllers or signals; all but signals by default.")
+        str | None, typer.Argument(help="vehicles, scenarios, controllers (all three by default), signals or keys.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object: names by kind.")] = False,
 ) -> None:
-    """List vehicles, scenarios, controllers, and the signals that they are wired by."""
+    """List vehicles, scenarios, controllers, the signals that they are wired by, and the keys of --set."""
     if what is not None and what not in _KINDS:
         raise InputError("list", f"got {what}", f"expected one of {', '.join(_KINDS)}")
-    kinds = [kind for kind in _KINDS if kind == what or (what is None and kind != "signals")]
+    kinds = [kind for kind in _KINDS if kind == what or (what is None and kind in _DEFAULT)]
     found = {kind: _KINDS[kind]() for kind in kinds}
     if as_json:
         typer.echo(json.dumps({kind: list(items) for kind, items in found.items()}, ensure_ascii=False))
@@ -59,9 +59,18 @@ def _signals() -> Mapping[str, str]:
     return {channel.name: f"{display(channel.unit):<8} {channel.meaning}" for channel in signals()}
 
 
+def _keys() -> Mapping[str, str]:
+    from bitepoint.assembly import keys
+
+    return {key: f"{field.meaning}; {field.expected().removeprefix('expected ')}" for key, field in keys()}
+
+
+_DEFAULT = ("vehicles", "scenarios", "controllers")
+
 _KINDS: Mapping[str, Callable[[], Mapping[str, str]]] = {
     "vehicles": _vehicles,
     "scenarios": _scenarios,
     "controllers": _controllers,
     "signals": _signals,
+    "keys": _keys,
 }

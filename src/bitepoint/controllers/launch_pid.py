@@ -111,7 +111,10 @@ def next_phase(c: LaunchPidCalibration, s: LaunchPidState, pedal: float, slip: f
 
 @kernel
 def slipping_torque(c: LaunchPidCalibration, s: LaunchPidState, pedal: float, speed_error: float, dt: float) -> float:
-    """Return the clutch torque while slipping, N m: risen feed-forward plus correction by the speed error."""
+    """Return the clutch torque while slipping, N m: risen feed-forward plus correction by the speed error.
+
+    The correction may lower the torque at will, but raise it only to what the pedal asks for.
+    """
     goal = lookup(c.clutch_torque, pedal)
     error = speed_error - clamp(speed_error, -c.clutch_deadband, c.clutch_deadband)
     rise = lookup(c.clutch_rate, pedal) * dt
@@ -119,7 +122,11 @@ def slipping_torque(c: LaunchPidCalibration, s: LaunchPidState, pedal: float, sp
     if touching:
         s.feed_forward = clamp(goal, s.feed_forward - rise, s.feed_forward + rise)
         s.integral = clamp(s.integral - c.clutch_ki * dt * error, -s.feed_forward, 10_000.0)
-    return s.feed_forward + s.integral - c.clutch_kp * error if touching else 0.0
+    correction = s.integral - c.clutch_kp * error
+    torque = s.feed_forward + correction
+    if correction > 0.0:  # a driver who lifts the pedal lowers the target: that is no reason to grip harder
+        torque = min(torque, max(goal, s.feed_forward))
+    return torque if touching else 0.0
 
 
 @kernel

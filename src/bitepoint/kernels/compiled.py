@@ -8,6 +8,7 @@ the compilers and the processor; its value is the object code. A warm start load
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 import sys
 from collections.abc import Iterator
@@ -19,11 +20,12 @@ import llvmlite.binding as llvm
 import numpy as np
 
 from bitepoint.cache import cache_folder, write_atomically
+from bitepoint.errors import InputError
 from bitepoint.kernels.interpreted import MATHS
 from bitepoint.kernels.kernel import Kernel, Parameter, closure
 from bitepoint.records import Field, Record
 
-LOWERING = "2"
+LOWERING = "3"
 """Part of every key: counts the changes of how this module turns Numba's output into object code."""
 
 INLINED = 225
@@ -76,7 +78,8 @@ def _toolchain() -> tuple[str, ...]:
 
     features = llvm.get_host_cpu_features().flatten()
     versions = version("numba"), version("llvmlite"), np.__version__, sys.version
-    return LOWERING, *versions, llvm.get_host_cpu_name(), features
+    rules = [(Path(__file__).parent / f"{name}.py").read_text() for name in ("subset", "expressions", "values")]
+    return LOWERING, *rules, *versions, llvm.get_host_cpu_name(), features
 
 
 @cache
@@ -85,6 +88,7 @@ def _announce() -> None:
     print(message, file=sys.stderr, flush=True)
 
 
+@cache
 def program(kernel: Kernel[..., Any]) -> str:
     """Return one self-contained module: constants, callees before callers, and the batch entry."""
     parts: dict[str, str] = {}
@@ -95,7 +99,15 @@ def program(kernel: Kernel[..., Any]) -> str:
             if alias != callee.name:
                 _define(member, parts, alias, f"{alias} = {callee.name}\n")
         _define(member, parts, member.name, _definition(member))
-    return "\n".join([HEADER, *parts.values(), *_entry_text(kernel)])
+    return "\n".join([HEADER, *_declared_ranges(kernel), *parts.values(), *_entry_text(kernel)])
+
+
+def _declared_ranges(kernel: Kernel[..., Any]) -> Iterator[str]:
+    """Yield the ranges of integers that the checker's proofs rest on, so that they are part of the key."""
+    for parameter in kernel.parameters:
+        if parameter.record is not None:
+            integers = ((path, f) for path, f in parameter.record.table() if f.kind == "int")
+            yield from (f"# {parameter.name}.{path}: {f.low}..{f.high}" for path, f in integers)
 
 
 def _definition(kernel: Kernel[..., Any]) -> str:
@@ -123,7 +135,7 @@ def _entry_text(kernel: Kernel[..., Any]) -> Iterator[str]:
         if parameter.record is not None:
             yield f"_record_{k} = record_at(np.dtype({_dtype_text(parameter.record)}, align=True))"
         arguments.append(_argument_text(parameter, k, place))
-    call = f"{kernel.name}({', '.join(arguments)})"
+    call = f"kernel({', '.join(arguments)})"
     if kernel.result != "none":
         last = len(kernel.parameters)
         store = "store_float" if kernel.result == "float" else "store_int"
@@ -171,7 +183,10 @@ def _dispatcher(kernel: Kernel[..., Any]) -> Any:
 
 def _compile(kernel: Kernel[..., Any], file: Path) -> bytes:
     """Return the object code of the program of `kernel`; its only outside symbols are those of the C library."""
-    namespace = {**_header(), kernel.name: _dispatcher(kernel)}
+    for name in ("NUMBA_DISABLE_JIT", "NUMBA_BOUNDSCHECK"):
+        if os.environ.get(name, "0") != "0":
+            raise InputError(name, "is set", "unset it; to look into kernels, run with life='interpreted'")
+    namespace = {**_header(), "kernel": _dispatcher(kernel)}
     exec(compile("\n".join(_entry_text(kernel)), str(file), "exec"), namespace)
     entry: Any = namespace["entry"]
     intermediate = entry.inspect_llvm().replace(entry.native_name, ENTRY_NAME)
@@ -200,6 +215,8 @@ def _without_python(declaration: re.Match[str]) -> str:
     """
     if declaration["name"].startswith("llvm.") or declaration["name"] in _OUTSIDE:
         return declaration[0]
+    if not declaration["name"].startswith(("Py", "_Py", "NRT_", "numba_")):
+        raise RuntimeError(f"compiled code asks for {declaration['name']}, which nobody has looked at")
     return (
         f"define internal {declaration['type']} @{declaration['name']}({declaration['parameters']}) {{ unreachable }}"
     )

@@ -12,15 +12,25 @@ from bitepoint.kernels.values import BOOL, FLOAT, Value, arithmetic, element_of,
 
 NUMBERS = ("float", "int")
 
+LARGEST = 2**31 - 1
+"""Largest magnitude of an integer that kernels compute: the int of C."""
+
 
 class Expressions:
     """Finds the value of every expression of one kernel."""
 
     def __init__(
-        self, kernel: Kernel[..., Any], look_up: Callable[[ast.Name], Value | None], results: Mapping[str, Value]
+        self,
+        kernel: Kernel[..., Any],
+        look_up: Callable[[ast.Name], Value | None],
+        results: Mapping[str, Value],
+        written_by: Mapping[str, frozenset[str]],
     ) -> None:
         self.kernel = kernel
         self.results = results
+        self.written_by = written_by
+        self.written: set[str] = set()
+        self.whole: ast.expr | None = None
         self.source = kernel.source
         self.look_up = look_up
         self.final = False
@@ -57,9 +67,14 @@ class Expressions:
             raise self.source.fail(node, "a power other than **2", "use math.pow(x, y)")
         if name == "Div" or "float" in (left.kind, right.kind):
             return FLOAT
-        if name == "Pow":
-            return arithmetic("Mult", left, left)
-        return arithmetic(name, left, right)
+        result = arithmetic("Mult" if name == "Pow" else name, left, left if name == "Pow" else right)
+        return self._bounded(node, result)
+
+    def _bounded(self, node: ast.AST, result: Value) -> Value:
+        """Refuse integer arithmetic that could leave 32 bits: lives would wrap at different places, or not at all."""
+        if self.final and not (result.low >= -LARGEST and result.high <= LARGEST):
+            raise self.source.fail(node, "an integer that may overflow", "limit what it is made of by min and max")
+        return result
 
     def range_of(self, node: ast.expr) -> Value:
         """Return the integers that a loop over `node` runs through."""
@@ -82,6 +97,8 @@ class Expressions:
         if isinstance(node.value, bool):
             return BOOL
         if isinstance(node.value, int):
+            if abs(node.value) > LARGEST:
+                raise self.source.fail(node, f"the constant {node.value}", "use a float, or a smaller integer")
             return integer(node.value, node.value)
         if isinstance(node.value, float):
             return FLOAT
@@ -143,7 +160,7 @@ class Expressions:
             raise self.source.fail(node, f"{type(node.op).__name__} of a {value.describe()}", "use numbers")
         if value.kind == "float" or isinstance(node.op, ast.UAdd):
             return FLOAT if value.kind == "float" else value
-        return arithmetic("Sub", integer(0, 0), value)
+        return self._bounded(node, arithmetic("Sub", integer(0, 0), value))
 
     def _boolop(self, node: ast.BoolOp) -> Value:
         for part in node.values:
@@ -196,6 +213,8 @@ class Expressions:
         return FLOAT
 
     def _call_builtin(self, node: ast.Call, name: str) -> Value:
+        if name in self.source.namespace:
+            raise self.source.fail(node, f"a call of {name}", "make it a kernel with @kernel, under a name of its own")
         values = [self.value(argument) for argument in node.args]
         kinds = {value.kind for value in values}
         if name in ("min", "max") and len(values) == 2 and kinds in ({"float"}, {"int"}):
@@ -204,6 +223,8 @@ class Expressions:
             value = values[0]
             if value.kind == "float":
                 return FLOAT
+            if not value.known:
+                return integer()
             low = 0 if value.low <= 0 <= value.high else min(abs(value.low), abs(value.high))
             return integer(low, max(abs(value.low), abs(value.high)))
         if name == "float" and len(values) == 1 and kinds <= set(NUMBERS):
@@ -216,6 +237,24 @@ class Expressions:
         }
         raise self.source.fail(node, f"a call of {name}", mends.get(name, "make it a kernel with @kernel"))
 
+    def root(self, node: ast.expr) -> str:
+        """Return the name that a place, such as p.sub.table[3], begins with."""
+        while isinstance(node, ast.Attribute | ast.Subscript):
+            node = node.value
+        return node.id if isinstance(node, ast.Name) else ""
+
+    def _note_writes(self, node: ast.Call, callee: Kernel[..., Any]) -> None:
+        """Note which records a call writes, and refuse it inside a larger expression: C leaves its order open."""
+        written = self.written_by[ast.unparse(node.func)]
+        self.written |= {
+            self.root(argument)
+            for parameter, argument in zip(callee.parameters, node.args, strict=True)
+            if parameter.name in written
+        }
+        if written and node is not self.whole:
+            problem = f"a call of {callee.name}, which writes {', '.join(sorted(written))}, inside an expression"
+            raise self.source.fail(node, problem, "give its result a name of its own first")
+
     def _call_kernel(self, node: ast.Call, callee: Kernel[..., Any]) -> Value:
         if len(node.args) != len(callee.parameters):
             problem = f"{callee.name} with {len(node.args)} arguments"
@@ -226,6 +265,7 @@ class Expressions:
             if (value.kind, value.record) != (wanted.kind, wanted.record):
                 problem = f"{parameter.name} of {callee.name} is {wanted.describe()}, got {value.describe()}"
                 raise self.source.fail(node, problem, "make them agree (1.0 is a float, 1 an integer)")
+        self._note_writes(node, callee)
         if callee.name == "to_index" and callee.trusted:
-            return integer(values[1].low, values[2].high)
+            return union(values[1], values[2])  # whichever of low and high is the larger
         return self.results[ast.unparse(node.func)]

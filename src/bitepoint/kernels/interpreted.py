@@ -11,6 +11,7 @@ import ast
 import copy
 import ctypes
 import math
+import threading
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -19,7 +20,7 @@ from bitepoint.kernels.kernel import ENTRY, Kernel, Parameter
 from bitepoint.kernels.source import loaded
 from bitepoint.records import Field, Record
 
-_pending: list[BaseException] = []
+_thread = threading.local()
 _POINTERS = {"floats": ctypes.POINTER(ctypes.c_double), "ints": ctypes.POINTER(ctypes.c_int64)}
 _SCALARS: dict[str, Any] = {"float": ctypes.c_double, "int": ctypes.c_int64, "bool": ctypes.c_int64}
 
@@ -55,9 +56,9 @@ def interpreted_entry(kernel: Kernel[..., Any]) -> int:
 
 def raise_pending() -> None:
     """Raise what an interpreted kernel raised while C code was calling it: C cannot carry it."""
-    if _pending:
-        first = _pending[0]
-        _pending.clear()
+    first: BaseException | None = getattr(_thread, "pending", None)
+    if first is not None:
+        _thread.pending = None
         raise first
 
 
@@ -78,7 +79,7 @@ def _callback(kernel: Kernel[..., Any]) -> Any:
                     last = len(parameters)
                     result.from_address(bases[last] + lane * strides[last]).value = value
         except BaseException as error:  # noqa: BLE001 - carried across C, raised by raise_pending
-            _pending.append(error)
+            _thread.pending = getattr(_thread, "pending", None) or error
             if result is ctypes.c_int64:  # a status other than 0 stops whoever drives this kernel
                 result.from_address(bases[len(parameters)]).value = -1
 
@@ -179,7 +180,7 @@ class _SafeArithmetic(ast.NodeTransformer):
         self.generic_visit(node)
         if isinstance(node.op, ast.Div):
             return _call("_divide", [node.left, node.right], node)
-        if isinstance(node.op, ast.Pow):
+        if isinstance(node.op, ast.Pow) and isinstance(node.right, ast.Constant) and node.right.value == 2:
             return _call("_square", [node.left], node)
         return node
 
@@ -194,9 +195,12 @@ class _SafeArithmetic(ast.NodeTransformer):
 
     def visit_AugAssign(self, node: ast.AugAssign) -> ast.AST:
         self.generic_visit(node)
-        if not isinstance(node.op, ast.Div):
+        if not isinstance(node.op, ast.Div | ast.Pow):
             return node
-        value = _call("_divide", [loaded(node.target), node.value], node)
+        arguments = [loaded(node.target), node.value]
+        value = _call("_divide", arguments, node)
+        if isinstance(node.op, ast.Pow):
+            value = _call("_square", arguments[:1], node)
         return ast.copy_location(ast.Assign([node.target], value), node)
 
 

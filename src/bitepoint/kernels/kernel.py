@@ -106,6 +106,8 @@ class Kernel(Generic[P, R]):
             from bitepoint.kernels.compiled import compiled_entry
 
             return compiled_entry(self)
+        if life != "interpreted":
+            raise ValueError(f"life {life!r}: expected compiled or interpreted")
         from bitepoint.kernels.interpreted import interpreted_entry
 
         return interpreted_entry(self)

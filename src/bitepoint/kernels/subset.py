@@ -18,19 +18,29 @@ from functools import cache
 from typing import Any
 
 from bitepoint.kernels.expressions import Expressions
+from bitepoint.kernels.interpreted import SHIMS
 from bitepoint.kernels.kernel import Kernel, closure
 from bitepoint.kernels.source import Source, loaded
 from bitepoint.kernels.values import Value, integer, union
 
 MOST_PASSES = 4
 
+_WORDS = """
+auto bool break case char const continue default do double else enum extern float for goto if inline int long register
+restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
+abs math max min range main
+"""
+RESERVED = frozenset([*_WORDS.split(), *SHIMS, *(name.lstrip("_") for name in SHIMS)])
+"""Names that a kernel, its parameters and its locals cannot have: C's, the subset's, the C library's."""
+
 
 @dataclass(frozen=True)
 class Checked:
-    """What the checker found: the types of the locals, and the result with its interval."""
+    """What the checker found: the types of the locals, the result with its interval, the parameters it writes."""
 
     locals: Mapping[str, Value]
     result: Value
+    written: frozenset[str] = frozenset()
 
 
 @cache
@@ -57,11 +67,14 @@ class _Checker:
         self.locals: dict[str, Value] = {}
         self.assigned: set[str] = set()
         self.loop_variables: set[str] = set()
+        self.loop_names: set[str] = set()
         self.final = False
         self.parameters = {p.name: Value(p.kind, record=p.record) for p in kernel.parameters}
         self.result = Value(kernel.result)
-        results = {name: check(callee).result for name, callee in kernel.callees.items()}
-        self.expressions = Expressions(kernel, self._look_up, results)
+        found = {name: check(callee) for name, callee in kernel.callees.items()}
+        results = {name: checked.result for name, checked in found.items()}
+        written = {name: checked.written for name, checked in found.items()}
+        self.expressions = Expressions(kernel, self._look_up, results, written)
 
     def run(self) -> Checked:
         """Check, and return what was found."""
@@ -77,7 +90,7 @@ class _Checker:
         self.final = self.expressions.final = True
         self.assigned = set()
         self._body(self.source.node.body[self._docstring() :], top=True)
-        return Checked(self.locals, self.result)
+        return Checked(self.locals, self.result, frozenset(self.expressions.written))
 
     def _docstring(self) -> int:
         first = self.source.node.body[0]
@@ -89,8 +102,10 @@ class _Checker:
         extra = [arguments.vararg, arguments.kwarg, *arguments.kwonlyargs, *arguments.posonlyargs, *arguments.defaults]
         if any(extra):
             raise self.source.fail(self.source.node, "defaults, * or ** in a kernel", "use plain parameters")
-        if self.source.namespace.get(self.kernel.name) is None and self.source.node.col_offset:
+        if self.source.node.col_offset or self.kernel.function.__code__.co_freevars:
             raise self.source.fail(self.source.node, "a kernel inside a function", "define it at module level")
+        for name in {self.kernel.name, *self.parameters, *self._all_locals} & RESERVED:
+            raise self.source.fail(self.source.node, f"the name {name} in a kernel", "it means something in C or here")
 
     def _look_up(self, node: ast.Name) -> Value | None:
         """Return the value of a parameter or a local, or None for a global name."""
@@ -112,10 +127,12 @@ class _Checker:
         for number, statement in enumerate(statements):
             last = top and number == len(statements) - 1
             self._statement(statement, last)
-        if top and self.kernel.result != "none" and not isinstance(statements[-1], ast.Return):
-            raise self.source.fail(statements[-1], "no return at the end", "return the result in the last line")
+        if top and self.kernel.result != "none" and not (statements and isinstance(statements[-1], ast.Return)):
+            where = statements[-1] if statements else self.source.node
+            raise self.source.fail(where, "no return at the end", "return the result in the last line")
 
     def _statement(self, node: ast.stmt, last: bool) -> None:
+        self.expressions.whole = getattr(node, "value", None)
         if isinstance(node, ast.Assign):
             if len(node.targets) != 1:
                 raise self.source.fail(node, "two assignments in one", "write one per line")
@@ -140,14 +157,17 @@ class _Checker:
         if isinstance(target, ast.Name):
             self._store_local(target, value)
         elif isinstance(target, ast.Attribute | ast.Subscript):
+            if any(isinstance(part, ast.Call) for part in ast.walk(target)):
+                raise self.source.fail(target, "a call in the place of an assignment", "give the index a name first")
             place = self.expressions.value(loaded(target))
+            self.expressions.written.add(self.expressions.root(target))
             self._store_field(target, place, value)
         else:
             raise self.source.fail(target, "assignment to several names", "write one assignment per line")
 
     def _store_local(self, target: ast.Name, value: Value) -> None:
         name = target.id
-        if name in self.parameters or name in self.loop_variables:
+        if name in self.parameters or name in self.loop_names:
             raise self.source.fail(target, f"assignment to {name}, a parameter or loop variable", "use another name")
         if value.kind not in ("float", "int", "bool"):
             problem = f"{name} would be another name for a {value.describe()}"
@@ -185,12 +205,11 @@ class _Checker:
         if not isinstance(node.target, ast.Name) or node.orelse:
             raise self.source.fail(node, "a loop over several names, or with else", "use for i in range(...)")
         name = node.target.id
-        if name in self.parameters or name in self.loop_variables:
+        taken = name in self.locals and name not in self.loop_names
+        if name in self.parameters or name in self.loop_variables or taken:
             raise self.source.fail(node, f"loop variable {name} is in use", "use another name")
         value = self.expressions.range_of(node.iter)
-        known = self.locals.get(name)
-        if known is not None and known.kind != "int":
-            raise self.source.fail(node, f"{name} is {known.kind} and int", "use another name")
+        self.loop_names.add(name)
         self.locals[name] = value
         before = set(self.assigned)
         self.assigned.add(name)

@@ -39,8 +39,10 @@ FLOAT, BOOL = Value("float"), Value("bool")
 
 
 def integer(low: int = UNKNOWN_LOW, high: int = UNKNOWN_HIGH) -> Value:
-    """Return an integer in low..high."""
-    return Value("int", max(low, UNKNOWN_LOW), min(high, UNKNOWN_HIGH))
+    """Return an integer in low..high; one that may wrap may be anything."""
+    if low < UNKNOWN_LOW or high > UNKNOWN_HIGH:
+        low, high = UNKNOWN_LOW, UNKNOWN_HIGH
+    return Value("int", low, high)
 
 
 def of_field(field: Field) -> Value:

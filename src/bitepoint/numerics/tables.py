@@ -14,7 +14,7 @@ def lookup(table: Curve, x: float) -> float:
         if i >= table.points or not (x >= table.x[i]):
             break
         k = i
-    return table.y[k] + (table.slope[k] * (x - table.x[k]) if x > table.x[k] else 0.0)
+    return table.y[k] + (table.slope[k] * (min(x, table.x[31]) - table.x[k]) if x > table.x[k] else 0.0)
 
 
 @kernel

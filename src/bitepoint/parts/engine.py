@@ -53,12 +53,21 @@ def throttle_effect(e: Engine, throttle: float) -> float:
     return e.filling_gain * math.pow(clamp(throttle, 0.0, 1.0), e.filling_throttle_exponent)
 
 
+LIMITER_SPAN = 10.0
+"""Range above the speed limit in which the fuel is cut, rad/s (chosen)."""
+
+
 @kernel
 def engine_torque(e: Engine, effect: float, speed: float) -> float:
-    """Return the steady torque, N m, at the throttle effect (see `throttle_effect`) and `speed` (rad/s)."""
+    """Return the steady torque, N m, at the throttle effect (see `throttle_effect`) and `speed` (rad/s).
+
+    Above the speed limit the fuel is cut: what is left is drag.
+    """
     drag = engine_drag(e, speed)
     ratio = e.filling_speed / max(speed, e.filling_speed_floor)
     filling = 1.0 - math.exp(-effect * math.pow(ratio, e.filling_speed_exponent))
+    if speed > e.speed_limit:
+        filling = filling * clamp(1.0 - (speed - e.speed_limit) / LIMITER_SPAN, 0.0, 1.0)
     return (lookup(e.full_load, speed) + drag) * filling - drag
 
 

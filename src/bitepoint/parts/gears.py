@@ -33,14 +33,13 @@ def overall_ratio(g: Gearbox) -> float:
 
 @kernel
 def axle_side_inertia(g: Gearbox) -> float:
-    """Return the inertia, kg m^2, of all that turns with the axle in 1st gear, both clutches open.
+    """Return the inertia, kg m^2, of all that turns with the axle in an odd gear, both clutches open.
 
-    J6 + i^2 (J3 + J5 / i1^2 + J4 (i2 / i1)^2): the even input shaft is dragged along through 2nd gear, preselected.
+    J6 + ig^2 (J3 i^2 + J5 + J4 i2^2) with i the ratio of the engaged gear: the even input shaft is dragged along
+    through 2nd gear, preselected.
     """
-    first = g.ratios[0]
-    second = g.ratios[1]
-    reduced = g.odd_shaft_inertia + g.layshaft_inertia / first**2 + g.even_shaft_inertia * (second / first) ** 2
-    return g.axle_inertia + overall_ratio(g) ** 2 * reduced
+    at_layshaft = g.odd_shaft_inertia * g.ratios[g.gear - 1] ** 2 + g.layshaft_inertia
+    return g.axle_inertia + g.final_drive**2 * (at_layshaft + g.even_shaft_inertia * g.ratios[1] ** 2)
 
 
 @kernel

@@ -33,6 +33,9 @@ from bitepoint.plants.dct_records import DctInputs, DctMode, DctMotion, DctOutpu
 from bitepoint.plants.plant import Plant
 from bitepoint.records import RecordArray
 
+LEAST_INERTIA = 1e-3
+"""Sum of the inertias in a gearbox, kg m^2, below which no substep would be short enough."""
+
 STABILITY = 2.7
 """Longest step times fastest rate; the Runge-Kutta rule of order 4 is stable up to 2.78 on the negative real axis."""
 
@@ -179,7 +182,9 @@ def substep(p: DctParameters, s: DctState, w: DctWork, h: float) -> None:
         if left > 0.0:
             switch_clutch(p, s.mode, s.motion)
             switch_wheel(p, s.mode, s.motion)
-            left = left - advance(p, s, w, left)
+            passed = advance(p, s, w, left)
+            s.locked_time = s.locked_time + passed if s.mode.locked == 1 else 0.0
+            left = left - passed
     if left > 0.0:
         integrate(p, s.mode, s.motion, w, left)
 
@@ -242,6 +247,7 @@ def observe(p: DctParameters, s: DctState, y: DctOutputs, w: DctWork) -> None:
     y.halfshaft_torque = wheel_pull(p, s.mode, s.motion) + s.mode.grade_torque
     y.road_torque = y.halfshaft_torque - s.mode.vehicle_inertia * w.slope.wheel_speed
     y.clutch_locked = 1.0 if s.mode.locked == 1 else 0.0
+    y.clutch_locked_time = s.locked_time
     y.vehicle_held = 1.0 if s.mode.rolling_direction == 0.0 else 0.0
     y.engine_work = s.motion.engine_work
     y.friction_heat = s.motion.friction_work
@@ -254,6 +260,7 @@ def observe(p: DctParameters, s: DctState, y: DctOutputs, w: DctWork) -> None:
 def init(p: DctParameters, s: DctState, u: DctInputs, y: DctOutputs, w: DctWork) -> None:
     """Stand still, held, with clutch 1 open and the engine at idle, at the throttle that balances its friction."""
     clear(s.motion)
+    s.locked_time = 0.0
     s.motion.engine_speed = p.engine.idle_speed
     s.mode.locked = 0
     s.mode.hill_hold = 1
@@ -278,7 +285,10 @@ def stable_step(p: DctParameters) -> float:
     decay = 0.5 * p.damper.damping * mobility
     damper = decay + math.sqrt(abs(decay**2 - p.damper.stiffness * mobility))
     fade = (1.0 / p.gearbox.efficiency - 1.0) * ratio * p.clutch.torque_limit / (LOSS_FADE_SPEED * axle)
-    return STABILITY / (damper + fade + p.halfshaft.damping / axle)
+    swing = 1.0 / axle + 1.0 / (p.vehicle.mass * p.vehicle.wheel_radius**2)
+    swing_decay = 0.5 * p.halfshaft.damping * swing
+    halfshaft = swing_decay + math.sqrt(abs(swing_decay**2 - p.halfshaft.stiffness * swing))
+    return STABILITY / (damper + fade + halfshaft)
 
 
 @kernel
@@ -298,6 +308,12 @@ def step(p: DctParameters, s: DctState, u: DctInputs, y: DctOutputs, w: DctWork,
 def check(parameters: RecordArray, where: str) -> None:
     """Raise InputError where parameters, each in its range, contradict each other; see `Plant`."""
     gearbox, engine = parameters["gearbox"], parameters["engine"]
+    if (gearbox["gear"] % 2 == 0).any():
+        mend = "expected an odd gear: the even ones hang on clutch 2, which stays open here"
+        raise InputError(where, "gearbox.gear: got an even gear", mend)
+    inertias = ("odd_shaft_inertia", "even_shaft_inertia", "layshaft_inertia", "axle_inertia")
+    if (np.sum([gearbox[name] for name in inertias], axis=0) < LEAST_INERTIA).any():
+        raise InputError(where, "gearbox: its inertias are all but 0", f"expected {LEAST_INERTIA:g} kg m^2 in all")
     for number in sorted({1, 2, *np.unique(gearbox["gear"]).tolist()}):
         if (gearbox["ratios"][:, number - 1] <= 0.0).any():
             raise InputError(where, f"gearbox.ratios: gear {number} has no ratio", "expected a number above 0")

@@ -78,6 +78,7 @@ class DctMode(Record):
 class DctState(Record):
     """State of the plant."""
 
+    locked_time: float = quantity("s", 0, 1e9, "time since clutch 1 last locked; 0 while it slips")
     motion: DctMotion = nested(DctMotion, "what is integrated")
     mode: DctMode = nested(DctMode, "what is constant over a substep")
 
@@ -115,6 +116,7 @@ class DctOutputs(Record):
     halfshaft_torque: float = quantity("N*m", -1e6, 1e6, "torque of both half-shafts")
     road_torque: float = quantity("N*m", -1e6, 1e6, "grade, rolling and air resistance at the wheels")
     clutch_locked: float = quantity("1", 0, 1, "1 while clutch 1 does not slip")
+    clutch_locked_time: float = quantity("s", 0, 1e9, "time since clutch 1 last locked; 0 while it slips")
     vehicle_held: float = quantity("1", 0, 1, "1 while the vehicle is held at standstill")
     engine_work: float = quantity("J", -1e9, 1e9, "work of the steady engine torque since the start")
     friction_heat: float = quantity("J", 0, 1e9, "heat in the clutch since the start")

@@ -15,6 +15,9 @@ from bitepoint.recording import Floats, Recording
 _RPM = 60.0 / (2.0 * np.pi)
 _BLUE, _ORANGE, _GREEN, _GREY, _RED = "#1f6fb4", "#e07b00", "#2a8f4b", "#8a8f98", "#c0392b"
 
+_HELD = ("clutch capacity commanded", "throttle", "engine target")
+"""Commands: constant from one step of the controller to the next."""
+
 _PANELS: Sequence[tuple[str, Sequence[tuple[str, str, float, str, str]]]] = (
     (
         "speed, rpm",
@@ -72,7 +75,7 @@ def launch_figure(recording: Recording, title: str) -> Any:
 def _line(figure: Any, row: int, text: str, x: Floats, y: Floats, colour: str, dash: str) -> None:
     import plotly.graph_objects as go
 
-    line = {"color": colour, "dash": dash, "width": 1.8}
+    line = {"color": colour, "dash": dash, "width": 1.8, "shape": "hv" if text in _HELD else "linear"}
     trace = go.Scatter(x=x.round(6), y=y, name=text, mode="lines", line=line, legend=_legend(row))
     figure.add_trace(trace, row=row, col=1)
 

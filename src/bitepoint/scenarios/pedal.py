@@ -21,7 +21,7 @@ class PedalLog:
 
     Attributes:
         file: CSV with a header, or Parquet.
-        column: name of the pedal column, in percent, or a ratio where `ratio` is set.
+        column: name of the pedal column, in percent, or from 0 to 1 where `ratio` is True.
         rest: its value with the pedal released, percent: subtracted.
         full: its value with the pedal fully pressed, percent; None: 100 percentage points above rest.
         start, end: part of the log, s in its own time; None: from its first or to its last row.
@@ -33,7 +33,7 @@ class PedalLog:
     full: float | None = None
     start: float | None = None
     end: float | None = None
-    ratio: bool = False
+    ratio: bool | None = None
 
 
 def read_pedal_log(log: PedalLog) -> tuple[Floats, Floats]:
@@ -67,7 +67,7 @@ def read_pedal_log(log: PedalLog) -> tuple[Floats, Floats]:
     low, high = float(value.min()), float(value.max())
     if low < -1.0 or high > 101.0:
         raise InputError(where, f"{log.column}: values from {low:g} to {high:g}", "expected percent, 0 to 100")
-    if 0.0 < high <= 1.0 and not log.ratio:
+    if 0.0 < high <= 1.0 and log.ratio is None:  # nobody said which of the two it is
         mend = "expected percent; add --set pedal.unit=ratio where 1 is fully pressed"
         raise InputError(where, f"{log.column}: values up to {high:g}", mend)
     return time - time[0], np.clip((value - log.rest) / span, 0.0, 1.0)

@@ -87,7 +87,7 @@ def start_lane(
     for n in range(plan.profiles):
         signals[n] = profiles[n]
     for turn in range(plan.blocks):
-        b = plan.blocks - 1 - turn
+        b = plan.blocks - 1 if turn == 0 else turn - 1
         if turn > 0:  # the plant's init writes its own inputs; the others see what it shows
             for n in range(plan.wires):
                 if plan.wire[n].block == b:

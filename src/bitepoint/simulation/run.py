@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import zlib
 from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -79,6 +80,9 @@ class Simulation:
             threads: how many run at once; by default as many as there are processors.
             progress: called with the number of lanes that a finished chunk had.
         """
+        for part in self.system.parts:
+            if len(part.parameters) not in (1, lanes):
+                raise ValueError(f"{part.name} has parameters for {len(part.parameters)} lanes, asked to run {lanes}")
         chunk = max(1, min(CHUNK_BYTES // self._recording_bytes(), 256, lanes))
         spans = [range(first, min(first + chunk, lanes)) for first in range(0, lanes, chunk)]
         kept = frozenset(record)
@@ -116,7 +120,7 @@ class Simulation:
             block = row["block"][index]
             block["init"], block["step"] = part.init.entry(self.life), part.step.entry(self.life)
             block["every"] = _multiple(
-                part.period, system.tick, f"timing.tick: {part.name} steps every {part.period:g} s"
+                part.period, system.tick, f"timing.tick, with {part.name} stepping every {part.period:g} s"
             )
             block["init_arguments"], block["step_arguments"] = first, first + len(part.init.parameters)
             first += len(part.init.parameters) + len(part.step.parameters) + 1
@@ -151,7 +155,7 @@ class Simulation:
 def _multiple(time: float, tick: float, what: str) -> int:
     ticks = round(time / tick)
     if ticks < 1 or abs(ticks * tick - time) > 1e-6 * tick:
-        raise InputError(what, f"got {time:g} s", f"expected a multiple of the tick, {tick:g} s")
+        raise InputError(what, f"{time:g} s over a tick of {tick:g} s", "expected a multiple of the tick")
     return ticks
 
 
@@ -244,8 +248,9 @@ class _Workspace:
             return np.zeros(1)
         shortest = min(simulation.system.parts[c.part].period for c in simulation.noisy)
         steps = int(simulation.ticks * simulation.system.tick / shortest) + 2
-        shape = steps * len(simulation.noisy)
-        return np.array([np.random.default_rng([seed, lane]).standard_normal(shape) for lane in span])
+        names = [zlib.crc32(c.signal.encode()) for c in simulation.noisy]
+        lanes = [[np.random.default_rng([seed, lane, n]).standard_normal(steps) for n in names] for lane in span]
+        return np.ascontiguousarray(np.array(lanes).transpose(0, 2, 1)).reshape(len(span), -1)
 
     def _result(self, n: int, figures: Callable[[Recording], F], keep: bool) -> LaneResult[F]:
         system, layout, outcome = self.simulation.system, self.simulation.layout, self.outcome[n]

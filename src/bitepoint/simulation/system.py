@@ -8,6 +8,8 @@ from typing import Any
 
 from bitepoint.errors import InputError, WiringError
 from bitepoint.kernels import Kernel
+from bitepoint.kernels.compiled import is_compiled
+from bitepoint.kernels.subset import check
 from bitepoint.recording import Channel, Floats
 from bitepoint.records import Field, Record, RecordArray
 
@@ -33,6 +35,25 @@ class Part:
     outputs: type[Record]
     work: type[Record] | None
     period: float
+
+    def __post_init__(self) -> None:
+        """Hold what compiled code relies on: it reads memory by address, and checks nothing.
+
+        Raises:
+            WiringError: parameters of another type, an integer out of its range, or a kernel that writes parameters.
+        """
+        if self.parameters.dtype != self.parameters_type.dtype or not self.parameters.flags.c_contiguous:
+            raise WiringError(f"{self.name}: parameters are no contiguous array of {self.parameters_type.__name__}")
+        for path, declared in self.parameters_type.table():
+            if declared.kind == "int":
+                view = self.parameters_type.locate(self.parameters, path, self.name)[1]
+                if not ((view >= declared.low) & (view <= declared.high)).all():
+                    raise WiringError(f"{self.name}: {path} is outside {declared.low:g}..{declared.high:g}")
+        for kernel in (self.init, self.step):
+            written = frozenset[str]() if is_compiled(kernel) else check(kernel).written  # what is compiled was checked
+            for parameter in kernel.parameters:
+                if parameter.record is self.parameters_type and parameter.name in written:
+                    raise WiringError(f"{self.name}: {kernel.name} writes its parameters, which lanes share")
 
 
 @dataclass(frozen=True)
