@@ -43,7 +43,7 @@ def libraries(folder: Path) -> Libraries:
 
 
 def two_seconds() -> Assembly:
-    """Return the scenario without stop rules, 2 s long: 1000 ticks, 1001 rows of 24 channels."""
+    """Return the scenario without stop rules, 2 s long: 1000 ticks, 1001 rows of 25 channels."""
     assembly = assemble(SCENARIO, {})
     return replace(assembly, system=replace(assembly.system, duration=2.0, rules=[]))
 

@@ -107,7 +107,7 @@ def run_plain(assembly: Assembly) -> Floats:
     ticks, every = round(system.duration / system.tick), round(system.controllers[0].period / system.tick)
     time = np.arange(ticks + 1) * system.tick
     pedal = np.interp(time, system.profiles[0].time, system.profiles[0].values)
-    recording = np.empty((24, ticks + 1))
+    recording = np.empty((25, ticks + 1))
     seen, commands = plant.outputs(), [0.0] * 4
     for tick in range(ticks + 1):
         if tick % every == 0:

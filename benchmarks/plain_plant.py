@@ -51,6 +51,7 @@ class PlainPlant:
         self.x = np.zeros(14)
         self.x[ENGINE] = self.engine["idle_speed"]
         self.locked, self.hill_hold = False, True
+        self.locked_time = 0.0
         self.slip_direction, self.rolling_direction = 1.0, 0.0
         self.effect, self.capacity = 0.0, 0.0
         idle = self.engine["idle_speed"]
@@ -194,11 +195,20 @@ class PlainPlant:
             left = dt / substeps
             for _ in range(8):
                 if left > 0.0:
-                    self.switch_modes()
-                    left -= self.advance(left)
+                    self.follow_modes()
+                    passed = self.advance(left)
+                    self.locked_time += passed if self.locked else 0.0
+                    left -= passed
             if left > 0.0:
                 self.x = self.integrated(self.x, left)
+        self.follow_modes()
+
+    def follow_modes(self) -> None:
+        """Switch the modes; the time since the lock starts again with each lock and unlock."""
+        locked = self.locked
         self.switch_modes()
+        if self.locked != locked:
+            self.locked_time = 0.0
 
     def outputs(self) -> list[float]:
         """Return the outputs, in the order of bitepoint's plant."""
@@ -214,5 +224,6 @@ class PlainPlant:
             x[ENGINE], x[PLATE], x[ENGINE] - x[PLATE], self.ratio * x[AXLE], x[WHEEL], self.radius * x[WHEEL],
             self.radius * d[WHEEL], x[DISTANCE], engine - self.engine["transient_loss"] * d[ENGINE], clutch,
             self.damper_torque(x), halfshaft, halfshaft - self.vehicle_inertia * d[WHEEL], float(self.locked),
-            float(self.rolling_direction == 0.0), x[ENGINE_WORK], x[FRICTION_WORK], float(x[LOSSES].sum()), stored,
+            self.locked_time, float(self.rolling_direction == 0.0), x[ENGINE_WORK], x[FRICTION_WORK],
+            float(x[LOSSES].sum()), stored,
         ]  # fmt: skip

@@ -89,7 +89,7 @@ class Yardstick:
         hold = round(rules["launched"].hold / system.tick) if rules else 0
         limits = [rules[status].limit if rules else 0.0 for status in ("stalled", "rolled back")]
         self.manoeuvre = _Manoeuvre(ticks, every, bool(rules), hold, system.tick, *limits, self.pedal.ctypes.data)
-        self._recording = np.empty((24, ticks + 1))
+        self._recording = np.empty((25, ticks + 1))
         self._work = np.empty(ticks + 19)
         self._figures = np.empty(len(FIGURES))
 

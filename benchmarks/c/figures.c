@@ -18,16 +18,15 @@ static inline double at(const double *channel, int64_t rows, double tick, double
     return channel[k] + (share < 1.0 ? share : 1.0) * (channel[k + 1] - channel[k]);
 }
 
-/* The time at which the slip reaches 0 after the onset, at its latest rate between two rows; NaN for never. */
-static double sync_time(const double *engine, const double *clutch, int64_t rows, double tick, int64_t onset)
+/* The time at which the slip first reaches 0 after the onset; NaN for never. */
+static double sync_time(const double *engine, const double *clutch, const double *locked_time, int64_t rows, double tick,
+                        double onset)
 {
-    for (int64_t k = onset + 1; k < rows; k++) {
+    for (int64_t k = 1; k < rows; k++) {
         const double slip = engine[k] - clutch[k], before = engine[k - 1] - clutch[k - 1];
-        if (slip > 0.0) continue;
-        if (before <= 0.0) return NAN;
-        double fall = before - slip;
-        if (slip == 0.0 && k >= 2) fall = fmax(fall, engine[k - 2] - clutch[k - 2] - before);
-        return tick * ((double)(k - 1) + before / fall);
+        if (tick * (double)k <= onset || before == 0.0 || slip * before > 0.0) continue;
+        if (slip == 0.0) return tick * (double)k - locked_time[k];
+        return tick * ((double)(k - 1) + before / (before - slip));
     }
     return NAN;
 }
@@ -92,17 +91,20 @@ void launch_figures(const Manoeuvre *m, const double *recording, int64_t rows, d
     int64_t pressed = 0;
     while (pressed < rows && recording[PEDAL * size + pressed] <= PEDAL_THRESHOLD) pressed++;
     if (pressed == rows) return;
-    const int64_t onset = pressed > 0 ? pressed - 1 : 0;
-    const double start = m->tick * (double)onset;
-    const double sync = sync_time(engine, recording + CLUTCH_SPEED * size, rows, m->tick, onset);
+    const double *pedal = recording + PEDAL * size;
+    const int64_t before = pressed > 0 ? pressed - 1 : 0;
+    const double share = pressed > 0 ? (PEDAL_THRESHOLD - pedal[before]) / (pedal[pressed] - pedal[before]) : 0.0;
+    const double start = m->tick * ((double)before + share);
+    const double *locked_time = recording + CLUTCH_LOCKED_TIME * size;
+    const double sync = sync_time(engine, recording + CLUTCH_SPEED * size, locked_time, rows, m->tick, start);
     const double until = isnan(sync) ? last : sync + SETTLING_TIME;
-    double least = engine[onset];
-    for (int64_t k = onset; k < rows && m->tick * (double)k <= until; k++) least = engine[k] < least ? engine[k] : least;
+    double least = INFINITY;
+    for (int64_t k = (int64_t)ceil(start / m->tick - 1e-9); k < rows && m->tick * (double)k <= until; k++) least = engine[k] < least ? engine[k] : least;
     figures[ENGINE_SPEED_MIN] = least;
     if (isnan(sync)) return;
     figures[LAUNCH_TIME] = sync - start;
-    figures[FRICTION_WORK] = at(heat, rows, m->tick, sync) - heat[onset];
+    figures[FRICTION_WORK] = at(heat, rows, m->tick, sync) - at(heat, rows, m->tick, start);
     figures[JERK_PEAK] = jerk_peak(speed, rows, m->tick, sync, work);
     figures[END_SPEED] = at(speed, rows, m->tick, sync);
-    if (until <= last) figures[JERK_PEAK_SETTLED] = jerk_peak(speed, rows, m->tick, until, work);
+    if (until <= last) figures[JERK_PEAK_SETTLED] = fmax(figures[JERK_PEAK], jerk_peak(speed, rows, m->tick, until, work));
 }

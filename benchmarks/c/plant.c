@@ -176,6 +176,7 @@ static bool crossed(Plant *p)
 static void switch_modes(Plant *p)
 {
     Motion *x = &p->x;
+    const bool locked = p->locked;
     if (p->locked) {
         const double torque = locked_torque(p);
         if (fabs(torque) > p->capacity) p->locked = false, p->slip_direction = sign(torque);
@@ -185,6 +186,7 @@ static void switch_modes(Plant *p)
         p->locked = fabs(torque) <= p->capacity;
         if (!p->locked) p->slip_direction = sign(torque);
     }
+    if (p->locked != locked) p->locked_time = 0.0;
     if (x->wheel * p->rolling_direction < 0.0) x->wheel = 0.0, p->rolling_direction = 0.0;
     if (p->rolling_direction == 0.0) {
         const double pull = wheel_pull(p);
@@ -221,7 +223,9 @@ static void substep(Plant *p, double h)
     double left = h;
     for (int event = 0; event < 8 && left > 0.0; event++) {
         if (!p->fits) switch_modes(p); /* modes that fitted at the end of the last substep still do */
-        left -= advance(p, left);
+        const double passed = advance(p, left);
+        if (p->locked) p->locked_time += passed;
+        left -= passed;
     }
     if (left > 0.0) integrate(p, left), p->fits = false;
 }
@@ -248,6 +252,7 @@ static void observe(Plant *p, double *y)
     y[HALFSHAFT_TORQUE] = t.halfshaft;
     y[ROAD_TORQUE] = t.halfshaft - p->vehicle_inertia * d.wheel;
     y[CLUTCH_LOCKED] = p->locked;
+    y[CLUTCH_LOCKED_TIME] = p->locked_time;
     y[VEHICLE_HELD] = p->rolling_direction == 0.0;
     y[ENGINE_WORK] = s->engine_work;
     y[FRICTION_HEAT] = s->friction;

@@ -21,6 +21,7 @@ typedef struct {
     const Vehicle *vehicle;
     /* inputs and modes */
     double effect, capacity, slip_direction, rolling_direction;
+    double locked_time;
     bool locked, hill_hold, fits;
     int segment; /* of the full load, where the engine was last */
     double last_speed, last_torque;

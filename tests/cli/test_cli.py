@@ -264,3 +264,21 @@ def test_the_module_is_the_command(tmp_path: Path, ready_kernels: None) -> None:
     assert (bad.returncode, bad.stdout, bad.stderr.count("\n")) == (2, "", 1)
     assert bad.stderr.startswith("error: --set: vehicle.mass: got unit 's' of another dimension")
     assert names_in(tmp_path) == []
+
+
+def test_show_prints_a_library_file_that_runs(bitepoint: Command, tmp_path: Path) -> None:
+    shown = bitepoint("show", "dct-na190")
+    assert (shown.status, shown.err) == (0, "")
+    path = tmp_path / "mine.yaml"
+    path.write_text(shown.out)
+    assert bitepoint("run", "dct-launch", "--set", f"vehicle={path}").status == 0
+    assert "stop:" in bitepoint("show", "dct-launch").out
+    bitepoint("show", "boat").refusal("got boat", "dct-na190, dct-t240, dct-launch")
+
+
+def test_list_keys_names_what_set_takes(bitepoint: Command) -> None:
+    said = json.loads(bitepoint("list", "keys", "--json").out)["keys"]
+    assert {"vehicle.mass", "road.grade", "controller.touch_delay", "timing.tick", "engine.full_load"} <= set(said)
+    for key in ("vehicle.mass", "damper.stiffness", "controller.clutch_kp", "timing.duration"):
+        assert key in said
+        bitepoint("run", "dct-launch", "--set", f"{key}=soon").refusal(f"{key}: got 'soon'")

@@ -154,6 +154,16 @@ def switch_wheel(p: DctParameters, m: DctMode, x: DctMotion) -> None:
 
 
 @kernel
+def switch_modes(p: DctParameters, s: DctState) -> None:
+    """Bring the modes in line with the motion; the time since the lock starts again with each lock and unlock."""
+    locked = s.mode.locked
+    switch_clutch(p, s.mode, s.motion)
+    switch_wheel(p, s.mode, s.motion)
+    if s.mode.locked != locked:
+        s.locked_time = 0.0
+
+
+@kernel
 def advance(p: DctParameters, s: DctState, w: DctWork, h: float) -> float:
     """Integrate over h, or to the first event before it; return the time that went by, s."""
     keep(w.start, s.motion)
@@ -180,10 +190,10 @@ def substep(p: DctParameters, s: DctState, w: DctWork, h: float) -> None:
     left = h
     for _event in range(8):
         if left > 0.0:
-            switch_clutch(p, s.mode, s.motion)
-            switch_wheel(p, s.mode, s.motion)
+            switch_modes(p, s)
             passed = advance(p, s, w, left)
-            s.locked_time = s.locked_time + passed if s.mode.locked == 1 else 0.0
+            if s.mode.locked == 1:
+                s.locked_time = s.locked_time + passed
             left = left - passed
     if left > 0.0:
         integrate(p, s.mode, s.motion, w, left)
@@ -299,8 +309,7 @@ def step(p: DctParameters, s: DctState, u: DctInputs, y: DctOutputs, w: DctWork,
     h = dt / substeps
     for _i in range(substeps):
         substep(p, s, w, h)
-    switch_clutch(p, s.mode, s.motion)
-    switch_wheel(p, s.mode, s.motion)
+    switch_modes(p, s)
     observe(p, s, y, w)
     return 0 if is_finite(y.stored_energy) and is_finite(y.engine_work) else 1
 
