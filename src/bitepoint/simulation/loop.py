@@ -62,7 +62,6 @@ class LoopPlan(Record):
     rules: int = count(0, 16, "stop rules in use")
     profiles: int = count(0, 1000, "signals that the scenario gives: the first of the vector")
     noisy: int = count(0, 64, "wires with noise")
-    record_every: int = count(1, 1_000_000, "ticks between two rows of the recording")
     rows: int = count(0, 1_000_000_000, "rows that the recording has room for")
     channels: int = count(0, 1000, "signals that are recorded")
     block: RecordElements[Block] = nested(Block, "the parts", shape=(MOST_BLOCKS,))
@@ -199,7 +198,7 @@ def run_lane(
             if tick % plan.block[b].every == 0 and outcome.status == RUNNING:
                 read_wires(plan, b, tick, signals, buffers, noise)
                 step_block(plan, b, addresses, steps, signals, statuses, outcome)
-        if tick % plan.record_every == 0 and outcome.rows < plan.rows:
+        if outcome.rows < plan.rows:
             record_row(plan, signals, channels, recording, outcome)
         if outcome.status == RUNNING:
             outcome.status = broken_rule(plan, signals, held)

@@ -111,7 +111,7 @@ class Simulation:
         system, layout = self.system, self.layout
         plan = loop.LoopPlan.zeros()
         row = plan[0]
-        row["ticks"], row["record_every"], row["rows"] = self.ticks, 1, self.ticks + 1
+        row["ticks"], row["rows"] = self.ticks, self.ticks + 1
         row["blocks"], row["wires"] = len(system.parts), len(layout.connections)
         row["rules"], row["profiles"] = len(system.rules), len(system.profiles)
         row["channels"], row["noisy"] = len(layout.channels), len(self.noisy)
