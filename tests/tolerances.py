@@ -3,6 +3,9 @@
 REFERENCE_TIME = 1e-3
 """s and relative: lock time against the independent integration, as the foundation asks for; measured 1e-6."""
 
+LOCATED_LOCK = 1e-5
+"""s: the located lock against the independent integration; a fiftieth of the substep that it falls in."""
+
 REFERENCE_SPEED = 1e-3
 """rad/s, m/s: speeds against the independent integration; measured 1e-5 (Runge-Kutta at 0.5 ms)."""
 

@@ -8,7 +8,7 @@ import pytest
 from bitepoint.assembly import PLANTS
 from tests.contracts.harness import PlantBench, nominal
 from tests.plants.reference_dct import Input, integrate
-from tests.tolerances import REFERENCE_SPEED, REFERENCE_TIME
+from tests.tolerances import LOCATED_LOCK, REFERENCE_SPEED, REFERENCE_TIME
 
 SPEEDS = ("engine_speed", "plate_speed", "axle_speed", "wheel_speed")
 TWISTS = ("damper_twist", "halfshaft_twist")
@@ -49,6 +49,7 @@ def test_agrees_with_an_independent_integration(case: str) -> None:
     for name, value in zip((*SPEEDS, *TWISTS), expected, strict=True):
         assert motion[name] == pytest.approx(value, abs=REFERENCE_SPEED, rel=REFERENCE_SPEED), name
     assert located["lock"] - 0.0005 - 1e-9 <= lock <= located["lock"] + 1e-9
+    assert time - bench.y["clutch_locked_time"][0] == pytest.approx(lock, abs=LOCATED_LOCK)
     if release is not None and release > 0.0:
         assert located["release"] - 0.0005 - 1e-9 <= release <= located["release"] + 1e-9
 
