@@ -21,7 +21,7 @@ from bitepoint.plants.plant import Plant
 from bitepoint.recording import Channel
 from bitepoint.records import Field, Record, RecordArray
 from bitepoint.scenarios import PedalLog, Scenario, Timing, load_scenario, read_pedal_log
-from bitepoint.simulation.loop import run_lane
+from bitepoint.simulation.loop import MOST_RULES, run_lane
 from bitepoint.simulation.system import Imperfections, Part, Profile, StopRule, System
 from bitepoint.units import UnitError, parse
 from bitepoint.vehicles import Vehicle, load_vehicle
@@ -285,6 +285,8 @@ def _number(key: str, value: object, unit: str) -> float:
 
 
 def _rules(scenario: Scenario, plant: Plant) -> Iterator[StopRule]:
+    if len(scenario.rules) > MOST_RULES:
+        raise InputError(scenario.where, f"stop: got {len(scenario.rules)} rules", f"expected at most {MOST_RULES}")
     for number, rule in enumerate(scenario.rules):
         signal = plant.outputs.fields.get(str(rule["signal"]))
         if signal is None:

@@ -49,7 +49,6 @@ class Scenario:
 
 
 LONGEST_HOLD = 100_000.0
-MOST_RULES = 16
 
 _TEXTS = ("plant", "vehicle", "controller", "metrics", "intent")
 _KEYS = ("meaning", *_TEXTS, "intents", "road", "timing", "stop")
@@ -125,8 +124,6 @@ def _rules(value: object, where: str) -> Sequence[Mapping[str, Any]]:
     rules = cast("Sequence[object]", value)
     if not isinstance(value, list) or not all(isinstance(rule, Mapping) for rule in rules):
         raise InputError(where, "stop: not a list of rules", "expected - {status: ..., signal: ..., above: ...}")
-    if len(rules) > MOST_RULES:
-        raise InputError(where, f"stop: got {len(rules)} rules", f"expected at most {MOST_RULES}")
     result: list[Mapping[str, Any]] = []
     for number, entry in enumerate(rules):
         rule = {str(name): item for name, item in cast("Mapping[object, Any]", entry).items()}
