@@ -8,7 +8,7 @@
 
 #include <stdint.h>
 
-typedef struct { int64_t points; double x[32], y[32], slope[32]; } Curve;
+typedef struct { int64_t points; double x[32], y[32]; } Curve;
 
 typedef struct { double mass, wheel_radius, rolling_resistance, drag_coefficient, frontal_area; } Body;
 typedef struct {

@@ -318,7 +318,6 @@ class Curve(Record):
     points: int = count(2, CURVE_POINTS, "points in use")
     x: FloatArray = quantity("1", -1e12, 1e12, "abscissae, increasing; the unused ones repeat the last", shape=(32,))
     y: FloatArray = quantity("1", -1e12, 1e12, "ordinates; the unused ones repeat the last", shape=(32,))
-    slope: FloatArray = quantity("1", -1e300, 1e300, "from each point to the next; 0 from the last on", shape=(32,))
 
     @classmethod
     def through(cls, x: Sequence[float], y: Sequence[float]) -> RecordArray:
@@ -326,6 +325,4 @@ class Curve(Record):
         result, spare = cls.zeros(), CURVE_POINTS - len(x)
         result["points"] = len(x)
         result["x"], result["y"] = [*x, *[x[-1]] * spare], [*y, *[y[-1]] * spare]
-        with np.errstate(over="ignore"):  # points that all but coincide
-            result["slope"][0, : len(x) - 1] = np.clip(np.diff(y) / np.diff(x), -1e300, 1e300)
         return result

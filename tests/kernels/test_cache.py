@@ -67,15 +67,30 @@ def test_program_holds_callees_before_callers(tmp_path: Path) -> None:
     assert text.index("def callee") < text.index("def caller") < text.index("def entry")
 
 
-def test_two_things_of_one_name_are_refused() -> None:
-    from bitepoint.errors import SubsetError
-
+def test_two_kernels_of_one_name_are_kept_apart() -> None:
     first = Kernel.generate("helper", "def helper(x: float) -> float:\n    return x\n", {})
     second = Kernel.generate("helper", "def helper(x: float) -> float:\n    return 2.0 * x\n", {})
     middle = Kernel.generate("middle", "def middle(x: float) -> float:\n    return helper(x)\n", {"helper": second})
     text = "def top(x: float) -> float:\n    return helper(x) + middle(x)\n"
-    with pytest.raises(SubsetError, match="called helper"):
-        program(Kernel.generate("top", text, {"helper": first, "middle": middle}))
+    top = Kernel.generate("top", text, {"helper": first, "middle": middle})
+    other = Kernel.generate("top", text, {"helper": second, "middle": middle})
+    assert program(top) != program(other)
+    for life in ("compiled", "interpreted"):
+        assert top.run(1.0, life=life)[0] == 3.0
+        assert other.run(1.0, life=life)[0] == 4.0
+
+
+def test_a_specialised_kernel_is_the_same_source_with_other_meanings(tmp_path: Path) -> None:
+    caller = build(tmp_path)
+    other = caller.specialise("caller_5", {"GAIN": 5.0})
+    data = caller.parameters[0].record
+    assert data is not None
+    for life in ("compiled", "interpreted"):
+        assert caller.run(data.zeros(), life=life)[0] == 2.0
+        assert other.run(data.zeros(), life=life)[0] == 5.0
+    assert other.name == "caller_5"
+    assert other.source.file == caller.source.file
+    assert other.source.node.lineno == caller.source.node.lineno
 
 
 SCRIPT = """

@@ -7,6 +7,6 @@ kernels (the closed loop, a test, a real-time node) need not know which life it 
 
 from bitepoint.kernels.interpreted import invoke
 from bitepoint.kernels.kernel import Kernel, Life, kernel
-from bitepoint.kernels.maths import clamp, is_finite, sign, to_index
+from bitepoint.kernels.maths import EPSILON, clamp, is_finite, sign, to_index
 
-__all__ = ["Kernel", "Life", "clamp", "invoke", "is_finite", "kernel", "sign", "to_index"]
+__all__ = ["EPSILON", "Kernel", "Life", "clamp", "invoke", "is_finite", "kernel", "sign", "to_index"]

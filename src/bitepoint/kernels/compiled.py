@@ -90,16 +90,18 @@ def _announce() -> None:
 
 @cache
 def program(kernel: Kernel[..., Any]) -> str:
-    """Return one self-contained module: constants, callees before callers, and the batch entry."""
-    parts: dict[str, str] = {}
-    for member in closure(kernel):
-        for name, value in _constants(member):
-            _define(member, parts, name, f"{name} = {value!r}\n")
-        for alias, callee in member.callees.items():
-            if alias != callee.name:
-                _define(member, parts, alias, f"{alias} = {callee.name}\n")
-        _define(member, parts, member.name, _definition(member))
-    return "\n".join([HEADER, *_declared_ranges(kernel), *parts.values(), *_entry_text(kernel)])
+    """Return all that the machine code depends on as one text: callees before callers, each with its constants.
+
+    Kernels of different modules may share a name: each section first says what its names stand for.
+    """
+    members = list(dict.fromkeys(closure(kernel)))
+    numbers = {member: number for number, member in enumerate(members)}
+    sections: list[str] = []
+    for member in members:
+        constants = [f"{name} = {value!r}\n" for name, value in _constants(member)]
+        callees = [f"# {alias}: section {numbers[callee]}\n" for alias, callee in member.callees.items()]
+        sections.append("".join([f"# section {numbers[member]}\n", *callees, *constants, _definition(member)]))
+    return "\n".join([HEADER, *_declared_ranges(kernel), *sections, *_entry_text(kernel)])
 
 
 def _declared_ranges(kernel: Kernel[..., Any]) -> Iterator[str]:
@@ -119,12 +121,6 @@ def _constants(kernel: Kernel[..., Any]) -> Iterator[tuple[str, float]]:
         value = kernel.source.namespace.get(name)
         if isinstance(value, bool | int | float):
             yield name, value
-
-
-def _define(kernel: Kernel[..., Any], parts: dict[str, str], name: str, text: str) -> None:
-    if parts.setdefault(name, text) != text:
-        problem = f"two different things called {name} meet in {kernel.name}"
-        raise kernel.source.fail(kernel.source.node, problem, "give one of them another name")
 
 
 def _entry_text(kernel: Kernel[..., Any]) -> Iterator[str]:
@@ -178,7 +174,7 @@ def _dispatcher(kernel: Kernel[..., Any]) -> Any:
     namespace = {**_header(), **dict(_constants(kernel)), **callees}
     text = f"from __future__ import annotations\n\n{_definition(kernel)}"  # annotations are not evaluated
     exec(compile(text, f"<bitepoint compiled {kernel.name}>", "exec"), namespace)
-    return namespace[kernel.name]
+    return namespace[kernel.source.node.name]
 
 
 def _compile(kernel: Kernel[..., Any], file: Path) -> bytes:

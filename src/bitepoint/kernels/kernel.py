@@ -11,8 +11,9 @@ there is one, is written to the last argument. A step of 0 shares an argument be
 from __future__ import annotations
 
 import ctypes
+import types
 import typing
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, Generic, Literal, ParamSpec, TypeVar, overload
@@ -46,18 +47,32 @@ class Kernel(Generic[P, R]):
     `run` takes NumPy arrays, one element per lane, in any life.
     """
 
-    def __init__(self, function: Callable[P, R], *, trusted: bool = False) -> None:
+    def __init__(self, function: Callable[P, R], *, trusted: bool = False, name: str | None = None) -> None:
         self.function = function
         self.trusted = trusted
-        self.name = function.__name__
+        self.name = name or function.__name__
         self.__doc__ = function.__doc__
-        self.__name__ = function.__name__
+        self.__name__ = self.name
         self.__module__ = function.__module__
 
     @staticmethod
     def generate(name: str, text: str, namespace: dict[str, Any]) -> Kernel[..., Any]:
         """Return the kernel `name` defined by `text`, whose global names are those of `namespace`."""
         return Kernel(define(name, text, namespace))
+
+    def specialise(self, name: str, meanings: Mapping[str, Any]) -> Kernel[P, R]:
+        """Return a kernel of the same source in which the global names in `meanings` stand for something else.
+
+        A kernel written for records of one size becomes one for another: record types, constants and callees are
+        exchanged by name, and line numbers, debugger and coverage stay with the original file.
+        """
+        function = self.function
+        known: dict[str, Any] = {**function.__globals__, **meanings}
+        copy = types.FunctionType(function.__code__, known, function.__name__)
+        copy.__annotations__ = function.__annotations__
+        copy.__doc__ = function.__doc__
+        copy.__module__ = function.__module__
+        return Kernel(copy, trusted=self.trusted, name=name)
 
     def __repr__(self) -> str:
         return f"<kernel {self.__module__}.{self.name}>"

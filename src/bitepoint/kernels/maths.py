@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from bitepoint.kernels.kernel import kernel
 
+EPSILON = 2.0**-52
+"""Distance from 1 to the next float of a life: what tolerances are made of. Exported as float32 it is 2**-23."""
+
 
 @kernel
 def clamp(x: float, low: float, high: float) -> float:

@@ -14,7 +14,11 @@ def lookup(table: Curve, x: float) -> float:
         if i >= table.points or not (x >= table.x[i]):
             break
         k = i
-    return table.y[k] + (table.slope[k] * (min(x, table.x[31]) - table.x[k]) if x > table.x[k] else 0.0)
+    after = min(k + 1, 31)
+    y = table.y[k]
+    if x > table.x[k] and table.x[after] > table.x[k]:  # the unused points repeat the last
+        y = y + (table.y[after] - y) * ((x - table.x[k]) / (table.x[after] - table.x[k]))
+    return y
 
 
 @kernel
