@@ -25,7 +25,7 @@ from bitepoint.records import FloatArray, IntArray, Record
 
 P = ParamSpec("P")
 R = TypeVar("R")
-Life = Literal["interpreted", "compiled"]
+Life = Literal["interpreted", "compiled", "c"]
 
 ENTRY = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_ssize_t)
 """The C type of every entry."""
@@ -121,8 +121,12 @@ class Kernel(Generic[P, R]):
             from bitepoint.kernels.compiled import compiled_entry
 
             return compiled_entry(self)
+        if life == "c":
+            from bitepoint.kernels.c99.host import host_entry
+
+            return host_entry(self)
         if life != "interpreted":
-            raise ValueError(f"life {life!r}: expected compiled or interpreted")
+            raise ValueError(f"life {life!r}: expected compiled, interpreted or c")
         from bitepoint.kernels.interpreted import interpreted_entry
 
         return interpreted_entry(self)
