@@ -7,6 +7,7 @@ from typing import NoReturn
 
 import typer
 
+from bitepoint.cli import export
 from bitepoint.cli.list import list_parts
 from bitepoint.cli.run import run
 from bitepoint.cli.show import show
@@ -25,6 +26,7 @@ app.command("run")(run)
 app.command("list")(list_parts)
 app.command("show")(show)
 app.command("warmup")(warmup)
+app.add_typer(export.app, name="export")
 
 
 @app.callback(invoke_without_command=True)

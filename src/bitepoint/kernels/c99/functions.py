@@ -314,7 +314,9 @@ class Function:
 
     def _constant(self, stop: ast.expr, loop: ast.For) -> bool:
         """Whether the end of a loop stays what it was while the loop runs; Python looks at it once, C every turn."""
-        stored = {n.id for s in loop.body for n in ast.walk(s) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+        stored = {
+            n.id for s in loop.body for n in ast.walk(s) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+        }
         for node in ast.walk(stop):
             if isinstance(node, ast.Call):
                 return False

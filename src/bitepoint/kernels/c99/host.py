@@ -19,13 +19,15 @@ from bitepoint.kernels.c99.precision import FLOAT64, Precision
 from bitepoint.kernels.c99.translate import TYPES, Translation, translate
 from bitepoint.kernels.kernel import Kernel
 
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off")
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno")
 """How generated C is compiled here: in its standard, without fused multiply-add."""
 
 STRICT = ("-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror")
 """What it also compiles under, without a single warning; tests and self-tests hold that."""
 
 ENTRY_NAME = "bitepoint_entry"
+"""Name of the entry in a library of one kernel."""
+
 INCLUDES = "#include <float.h>\n#include <math.h>\n"
 
 
@@ -62,10 +64,11 @@ def host_entry(kernel: Kernel[..., Any], precision: Precision = FLOAT64) -> int:
 def program(kernel: Kernel[..., Any], translation: Translation) -> str:
     """Return the generated C of a kernel with an entry that runs it over a batch."""
     head = [TYPES, INCLUDES, translation.types, translation.prototypes, translation.source]
-    return "\n".join([*head, *_entry(kernel, translation), ""])
+    return "\n".join([*head, *entry(kernel, translation, ENTRY_NAME), ""])
 
 
-def _entry(kernel: Kernel[..., Any], translation: Translation) -> Iterator[str]:
+def entry(kernel: Kernel[..., Any], translation: Translation, name: str) -> Iterator[str]:
+    """Yield the lines of the function `name` that runs a kernel over a batch."""
     arguments: list[str] = []
     for k, parameter in enumerate(kernel.parameters):
         place = f"(arguments[{k}] + (lane * steps[{k}]))"
@@ -79,8 +82,8 @@ def _entry(kernel: Kernel[..., Any], translation: Translation) -> Iterator[str]:
         last = len(kernel.parameters)
         kind = translation.precision.real if kernel.result == "float" else translation.precision.integer
         call = f"*({kind} *)(void *)(arguments[{last}] + (lane * steps[{last}])) = {call}"
-    yield f"void {ENTRY_NAME}(char **arguments, const intptr_t *steps, intptr_t lanes);"
-    yield f"void {ENTRY_NAME}(char **arguments, const intptr_t *steps, intptr_t lanes)"
+    yield f"void {name}(char **arguments, const intptr_t *steps, intptr_t lanes);"
+    yield f"void {name}(char **arguments, const intptr_t *steps, intptr_t lanes)"
     yield from ("{", "    for (intptr_t lane = 0; lane < lanes; lane++)", "    {", f"        {call};", "    }", "}")
 
 

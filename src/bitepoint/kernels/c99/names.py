@@ -54,7 +54,7 @@ class Names:
         return self.give(kernel, kernel.name, f"{_module(kernel)}_{kernel.name}")
 
     def type(self, record: type[Record]) -> str:
-        """Return the name of the struct of a record; all of them carry the prefix, since headers meet in one program."""
+        """Return the name of the struct of a record; all carry the prefix, since headers meet in one program."""
         name = snake(record.__name__)
         prefixed = name if name.startswith(f"{self.prefix}_") else f"{self.prefix}_{name}"
         return self.give(record, f"{prefixed}_t", f"{prefixed}_{record.__module__.rpartition('.')[2]}_t")

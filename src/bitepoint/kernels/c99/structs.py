@@ -5,10 +5,10 @@ from __future__ import annotations
 import inspect
 from collections.abc import Iterable, Iterator
 
+from bitepoint.errors import InputError
 from bitepoint.kernels.c99.names import KEYWORDS, Names
 from bitepoint.kernels.c99.precision import Precision
 from bitepoint.kernels.c99.text import WIDTH, comment, indented, plain
-from bitepoint.errors import InputError
 from bitepoint.records import Field, Record
 
 

@@ -1,7 +1,7 @@
 """A set of kernels with their records as one C99 header and one source.
 
 The source needs <float.h>, <math.h>, <stdbool.h> and <stdint.h>: no heap, no recursion, no variable of its own. It is
-to be compiled without fused multiply-add (-ffp-contract=off); then it computes what the other lives compute, bit by bit.
+to be compiled without fused multiply-add (-ffp-contract=off); then it computes what the other lives do, bit by bit.
 """
 
 from __future__ import annotations

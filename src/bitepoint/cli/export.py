@@ -1,0 +1,54 @@
+"""`bitepoint export`: a controller or a plant as what an ECU or a calibration tool takes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bitepoint.cli.settings import read_settings
+
+app = typer.Typer(no_args_is_help=True, help="Write a controller or a plant as C99 or ASAP2.")
+
+Name = Annotated[str, typer.Argument(help="A controller or a plant, as `bitepoint list` has it.")]
+Vehicle = Annotated[
+    str | None,
+    typer.Option("--vehicle", metavar="NAME", help="Library vehicle or vehicle file that it is designed for."),
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change something: controller.calibration=paper."),
+]
+Floats = Annotated[str, typer.Option("--precision", metavar="PRECISION", help="float64, as simulated, or float32.")]
+
+
+@app.command("c")
+def export_c(
+    name: Name,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder to write, new or empty.")],
+    vehicle: Vehicle = None,
+    settings: Settings = None,
+    precision: Floats = "float64",
+    as_json: Annotated[bool, typer.Option("--json", help="Print report.json.")] = False,
+) -> None:
+    """Write C99 with calibration, builds, self-test, bare-metal image and report."""
+    from rich.console import Console
+
+    from bitepoint.export.c import Options, export_c
+
+    console = Console(stderr=True)
+    with console.status("exporting") as status:
+        options = Options(name, vehicle, read_settings(settings or []), precision)
+        findings = export_c(options, out, lambda text: status.update(text) if console.is_terminal else None)
+    report = findings.to_json()
+    if as_json:
+        typer.echo(json.dumps(report, allow_nan=False))
+        return
+    typer.echo(f"{name}, {precision}: {report['selftest']['steps']} recorded steps, no difference")
+    for key, unit in (("code_bytes", "bytes"), ("data_bytes", "bytes"), ("stack_bytes", "bytes"),
+                      ("instructions_worst", "instructions")):  # fmt: skip
+        value = "not measured: no tool chain" if report[key] is None else f"{report[key]} {unit}"
+        typer.echo(f"  {key:<20} {value}")
+    typer.echo(f"wrote {out}; see {out / 'REPORT.md'}")

@@ -1,0 +1,151 @@
+"""Which lines and branches of generated C have been reached: by gcov, on this machine."""
+
+from __future__ import annotations
+
+import ctypes
+import gzip
+import json
+import shutil
+import subprocess
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bitepoint.export.c.driving import Sequence, drive_entries
+from bitepoint.export.c.sources import Sources
+from bitepoint.kernels.c99.host import FLAGS, INCLUDES, compiler, entry
+from bitepoint.kernels.c99.translate import TYPES
+from bitepoint.kernels.kernel import ENTRY
+
+EXPLAINED = "never:"
+"""Word in a comment of a kernel, carried into the C, that says why a branch below it is never taken."""
+
+CANDIDATES = 150
+"""Most random sequences that are tried for what is still missing."""
+
+
+@dataclass(frozen=True)
+class Missing:
+    """A line, or a branch of a line, that no vector reached, with the reason that its source gives."""
+
+    line: int
+    text: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """What the vectors reached of one source."""
+
+    lines: int
+    lines_reached: int
+    branches: int
+    branches_reached: int
+    missing: tuple[Missing, ...]
+
+    @property
+    def unexplained(self) -> int:
+        """Number of lines with something missing that nobody has given a reason for."""
+        return sum(not missing.reason for missing in self.missing)
+
+
+def available() -> bool:
+    """Whether the compiler of this machine is gcc and has its gcov."""
+    return "gcc" in Path(compiler()).name and shutil.which("gcov") is not None
+
+
+def choose(sources: Sources, recorded: Iterable[Sequence], random: Iterator[Sequence], folder: Path) -> list[Sequence]:
+    """Return all recorded sequences and those random ones that reach something new."""
+    chosen = list(recorded)
+    if not available():
+        return [*chosen, *(next(random) for _ in range(16))]
+    probe = Probe(sources, folder)
+    for sequence in chosen:
+        probe.run(sequence)
+    reached, total = probe.reached()
+    for _ in range(CANDIDATES):
+        if reached == total:
+            break
+        sequence = next(random)
+        probe.run(sequence)
+        now, _ = probe.reached()
+        if now > reached:
+            chosen.append(sequence)
+            reached = now
+    return chosen
+
+
+_DUMP = """\
+extern void __gcov_dump(void);
+extern void __gcov_reset(void);
+void probe_dump(void);
+void probe_dump(void)
+{
+    __gcov_dump();
+    __gcov_reset();
+}
+"""
+"""Writes what was counted; without the reset a second dump would write nothing."""
+
+
+class Probe:
+    """A part in C, built so that it counts its branches, driven in this process."""
+
+    def __init__(self, sources: Sources, folder: Path) -> None:
+        self.sources = sources
+        self.folder = folder
+        part, translation = sources.part, sources.translation
+        head = [TYPES, INCLUDES, translation.types, translation.prototypes]
+        self.first = len("\n".join(head).splitlines()) + 1
+        text = [*head, translation.source, _DUMP]
+        self.last = len("\n".join(text).splitlines()) - len(_DUMP.splitlines())
+        text += [*entry(part.init, translation, "probe_init"), *entry(part.step, translation, "probe_step"), ""]
+        (folder / "probe.c").write_text("\n".join(text), encoding="utf-8")
+        flags = [flag for flag in FLAGS if flag != "-O2"]
+        command = [compiler(), *flags, "-O0", "--coverage", "-shared", "-fPIC", "-o", "probe.so", "probe.c", "-lm"]
+        subprocess.run(command, cwd=folder, check=True, capture_output=True)
+        self.library = ctypes.CDLL(str(folder / "probe.so"))
+        self.init = ENTRY(ctypes.cast(self.library.probe_init, ctypes.c_void_p).value or 0)
+        self.step = ENTRY(ctypes.cast(self.library.probe_step, ctypes.c_void_p).value or 0)
+
+    def run(self, sequence: Sequence) -> None:
+        """Step through a sequence; what it reaches adds to what was reached before."""
+        drive_entries(self.sources.part, sequence, self.sources.precision, self.init, self.step)
+
+    def reached(self) -> tuple[int, int]:
+        """Return how many lines and branches were reached so far, and how many there are."""
+        self.library.probe_dump()
+        command = ["gcov", "--branch-probabilities", "--json-format", "--stdout", "probe.so-probe.gcda"]
+        done = subprocess.run(command, cwd=self.folder, check=True, capture_output=True)
+        lines = [line for file in json.loads(done.stdout)["files"] for line in file["lines"]]
+        ours = [line for line in lines if self.first <= line["line_number"] <= self.last]
+        counts = [count for line in ours for count in (line["count"], *(b["count"] for b in line["branches"]))]
+        return sum(count > 0 for count in counts), len(counts)
+
+
+def read(file: Path, source: Path) -> Coverage:
+    """Return the coverage that gcov wrote into its JSON `file`; `source` is the C that it is about."""
+    data = json.loads(gzip.decompress(file.read_bytes()))
+    texts = source.read_text("utf-8").splitlines()
+    return _coverage(next(f["lines"] for f in data["files"] if Path(f["file"]).name == source.name), texts)
+
+
+def _coverage(lines: list[dict[str, Any]], texts: list[str]) -> Coverage:
+    branches = [branch for line in lines for branch in line["branches"]]
+    partly = [line for line in lines if line["count"] == 0 or any(b["count"] == 0 for b in line["branches"])]
+    numbers = [int(line["line_number"]) for line in partly]
+    missing = tuple(Missing(number, texts[number - 1].strip(), _reason(texts, number)) for number in numbers)
+    return Coverage(
+        len(lines),
+        sum(line["count"] > 0 for line in lines),
+        len(branches),
+        sum(branch["count"] > 0 for branch in branches),
+        missing,
+    )
+
+
+def _reason(texts: list[str], line: int) -> str:
+    """Return what the comment above a line says after `never:`."""
+    above = texts[line - 2].strip() if line >= 2 else ""
+    return above.partition(EXPLAINED)[2].removesuffix("*/").strip()

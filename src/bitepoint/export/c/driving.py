@@ -1,0 +1,129 @@
+"""A part driven step by step through recorded inputs, in any life and precision: what vectors are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bitepoint.kernels import Kernel
+from bitepoint.kernels.c99 import FLOAT64, Precision
+from bitepoint.kernels.interpreted import raise_pending
+from bitepoint.kernels.kernel import ENTRY, Life, addresses_of
+from bitepoint.records import RecordArray
+from bitepoint.simulation.system import Part, argument_types
+
+Floats = np.ndarray[Any, np.dtype[np.float64]]
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """Inputs for a part from its initialisation on.
+
+    Attributes:
+        name: where they come from.
+        parameters: one record, in float64.
+        inputs: shape (rows, inputs); row 0 is what init sees, each further row is one step.
+    """
+
+    name: str
+    parameters: RecordArray
+    inputs: Floats
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What a part answered to a sequence.
+
+    Attributes:
+        outputs: shape (rows, outputs); statuses: shape (rows,), the one of row 0 is 0.
+        state: one record, at the end.
+        iterations: most iterations that a solver inside took in one step, or None where there is none.
+    """
+
+    outputs: Floats
+    statuses: np.ndarray[Any, np.dtype[np.int64]]
+    state: RecordArray
+    iterations: int | None
+
+
+def drive(part: Part, sequence: Sequence, life: Life = "compiled", precision: Precision = FLOAT64) -> Answers:
+    """Step a part through a sequence; in float32 only the life "c" exists."""
+    entries = [_entry(kernel, life, precision) for kernel in (part.init, part.step)]
+    return drive_entries(part, sequence, precision, *entries)
+
+
+Entry = Callable[[int, int, int], None]
+"""An entry as a function: addresses of arguments, address of steps, lanes."""
+
+
+def drive_entries(part: Part, sequence: Sequence, precision: Precision, init: Entry, step: Entry) -> Answers:
+    """Step a part through a sequence by the entries of its two kernels."""
+    answers = _Driver(part, precision).run(sequence, init, step)
+    raise_pending()
+    return answers
+
+
+def _entry(kernel: Kernel[..., Any], life: Life, precision: Precision) -> Entry:
+    if precision is FLOAT64:
+        return ENTRY(kernel.entry(life))
+    from bitepoint.kernels.c99.host import host_entry
+
+    return ENTRY(host_entry(kernel, precision))
+
+
+class _Driver:
+    """The memory of one part in one precision."""
+
+    def __init__(self, part: Part, precision: Precision) -> None:
+        self.part = part
+        self.precision = precision
+        self.roles = argument_types(part)
+        self.records = {role: record for record, role in self.roles.items()}
+        self.memory = {
+            role: np.zeros(1, precision.layout(record)) for role, record in self.records.items() if role != "parameters"
+        }
+        self.period = np.array([part.period], precision.real_dtype)
+        self.status = np.zeros(1, precision.integer_dtype)
+        self.counters = [
+            self.records[role].locate(self.memory[role], path, role)[1]
+            for role in self.memory
+            for path, field in self.records[role].table()
+            if path.rpartition(".")[2] == "iterations" and field.kind == "int"
+        ]
+
+    def run(self, sequence: Sequence, init: Entry, step: Entry) -> Answers:
+        parameters = self.precision.convert(sequence.parameters, self.records["parameters"])
+        arrays = {"parameters": parameters, **self.memory}
+        for array in self.memory.values():
+            array[...] = np.zeros((), array.dtype)
+        first, each = (self._arguments(kernel, arrays) for kernel in (self.part.init, self.part.step))
+        steps = np.zeros(len(each), np.int64)
+        real = self.precision.real_dtype
+        with np.errstate(over="ignore"):
+            inputs = np.ascontiguousarray(sequence.inputs.astype(real))
+        outputs = np.zeros((len(inputs), len(self.part.outputs.fields)), real)
+        statuses = np.zeros(len(inputs), np.int64)
+        seen = self.memory["inputs"].view(real)
+        shown = self.memory["outputs"].view(real)
+        iterations = 0
+        for row in range(len(inputs)):
+            seen[:] = inputs[row]
+            if row == 0:
+                init(first.ctypes.data, steps.ctypes.data, 1)
+            else:
+                step(each.ctypes.data, steps.ctypes.data, 1)
+                statuses[row] = self.status[0]
+            outputs[row] = shown
+            iterations = max([iterations, *(int(counter.max()) for counter in self.counters)])
+        state = self.memory["state"].copy()
+        return Answers(outputs, statuses, state, iterations if self.counters else None)
+
+    def _arguments(self, kernel: Kernel[..., Any], arrays: dict[str, RecordArray]) -> np.ndarray[Any, Any]:
+        found = [
+            self.period if parameter.record is None else arrays[self.roles[parameter.record]]
+            for parameter in kernel.parameters
+        ]
+        return addresses_of([*found, self.status] if kernel.result != "none" else found)

@@ -1,0 +1,252 @@
+"""Putting an export together: translate, record vectors, hold the lives to each other, measure, and write it whole."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bitepoint.assembly import CONTROLLERS, PLANTS, Assembly, assemble
+from bitepoint.errors import InputError
+from bitepoint.export.c import toolchain, vectors
+from bitepoint.export.c.coverage import choose
+from bitepoint.export.c.driving import Answers, drive
+from bitepoint.export.c.driving import Sequence as Inputs
+from bitepoint.export.c.report import Difference, Findings
+from bitepoint.export.c.sources import Sources
+from bitepoint.export.c.templates import filled
+from bitepoint.kernels.c99 import FLOAT32, PRECISIONS, Precision
+from bitepoint.kernels.c99.host import compiler
+from bitepoint.recording import Recording
+from bitepoint.scenarios import load_scenario, scenario_names
+from bitepoint.simulation.run import Simulation
+from bitepoint.simulation.system import Part
+from bitepoint.vehicles import load_vehicle
+
+MOST_BYTES = 1_000_000
+"""Most bytes that the records of one part may take on an ECU."""
+
+RECORDED_ROWS = 300
+"""Most rows that are taken from one recorded run."""
+
+Step = Callable[[str], None]
+"""Told what is being done."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What is exported.
+
+    Attributes:
+        name: of a controller or a plant.
+        settings: as `bitepoint run --set` takes them.
+        precision: "float64" or "float32".
+    """
+
+    name: str
+    vehicle: str | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    precision: str = "float64"
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A part as it stands in its scenarios, with what it met there."""
+
+    part: Part
+    meaning: str
+    origin: str
+    recorded: Sequence[Inputs]
+
+
+def export_c(options: Options, out: Path, step: Step = lambda _: None) -> Findings:
+    """Write a controller or a plant as C99 into the folder `out`, made whole or not at all.
+
+    Raises:
+        InputError: an unknown name, vehicle, setting or precision, a folder that is not empty, no C compiler, a part
+            too large for an ECU.
+        SubsetError: a kernel that cannot be translated.
+    """
+    refuse_folder(out)
+    compiler()
+    found = subject(options)
+    sources = Sources(found.part, _precision(options.precision), found.meaning, found.origin)
+    _ = sources.translation
+    with tempfile.TemporaryDirectory(prefix="bitepoint-export-") as work:
+        folder = Path(work) / "export"
+        findings = _write(sources, found.recorded, folder, Path(work), step)
+        _keep(folder, out)
+    return findings
+
+
+def refuse_folder(out: Path) -> None:
+    """Raise InputError where `out` is there and is no empty folder."""
+    if out.is_dir() and not any(out.iterdir()):
+        return
+    if out.exists() or out.is_symlink():
+        what = "a folder that is not empty" if out.is_dir() else "a file"
+        raise InputError(str(out), f"is {what}", "name a folder that is new or empty")
+
+
+def _precision(name: str) -> Precision:
+    if name not in PRECISIONS:
+        raise InputError("--precision", f"got {name}", f"expected one of {', '.join(PRECISIONS)}")
+    return PRECISIONS[name]
+
+
+def subject(options: Options) -> Subject:
+    """Return the part that the options name, with its recorded runs in every library scenario that it fits."""
+    controllers, plants = CONTROLLERS.get(options.name), PLANTS.get(options.name)
+    if controllers is None and plants is None:
+        raise InputError("export", f"got {options.name}", f"expected one of {', '.join([*CONTROLLERS, *PLANTS])}")
+    fitting = (options.name,) if controllers is None else controllers.plants
+    if options.vehicle is not None:
+        fitting = tuple({load_vehicle(options.vehicle).plant} & set(fitting)) or fitting
+    settings = dict(options.settings)
+    if options.vehicle is not None:
+        settings["vehicle"] = options.vehicle
+    if controllers is not None:
+        settings["controller"] = options.name
+    runs = list(_runs(fitting, settings))
+    if not runs:
+        raise InputError("export", f"no library scenario has a plant of {options.name}", "add one to scenarios/")
+    first = runs[0][0]
+    part = first.system.plant if controllers is None else first.system.controllers[0]
+    _refuse_large(part)
+    recorded = [vectors.recorded(part, recording, name, RECORDED_ROWS) for _, name, recording in runs]
+    changes = ", ".join(f"{key}={value}" for key, value in options.settings.items())
+    origin = f"vehicle {first.vehicle.name}" + (f", {changes}" if changes else "")
+    meaning = f"plant {options.name}" if controllers is None else controllers.meaning
+    return Subject(part, meaning, origin, recorded)
+
+
+def _runs(plants: Sequence[str], settings: Mapping[str, Any]) -> Iterator[tuple[Assembly, str, Recording]]:
+    """Yield each library scenario with a fitting plant, in each of its intents, and its recording."""
+    for name in scenario_names():
+        scenario = load_scenario(name)
+        if scenario.plant not in plants:
+            continue
+        fixed = {"intent", "pedal"} & set(settings)
+        for intent in [None] if fixed else [scenario.intent, *(i for i in scenario.intents if i != scenario.intent)]:
+            assembly = assemble(name, settings if intent is None else {**settings, "intent": intent})
+            ideal = replace(assembly.system, imperfections=type(assembly.system.imperfections)())
+            recording = Simulation(ideal).run(lambda _: None)[0].recording
+            assert recording is not None
+            yield assembly, f"{name}, {intent or 'as set'}", recording
+
+
+def _refuse_large(part: Part) -> None:
+    types = (part.parameters_type, part.state, part.inputs, part.outputs, *([part.work] if part.work else []))
+    size = sum(record.dtype.itemsize for record in types)
+    if size > MOST_BYTES:
+        raise InputError(part.name, f"its records take {size} bytes", f"expected at most {MOST_BYTES} on an ECU")
+
+
+def _write(sources: Sources, recorded: Sequence[Inputs], folder: Path, work: Path, step: Step) -> Findings:
+    """Write all files into `folder`, use `work` for what is built on the way, and return what was found."""
+    step("recording vectors")
+    fixed = [*recorded, vectors.longest(recorded[0], sources.part)]
+    sequences = choose(sources, fixed, vectors.random(sources.part, recorded), _folder(work, "probe"))
+    expected = vectors.answers(sources, sequences)
+    _hold(sources, sequences, expected)
+    _lay_down(sources, sequences, expected, folder)
+    step("running the self-test")
+    toolchain.run_host(folder, _folder(work, "host"))
+    small = replace(sources, precision=FLOAT32)
+    variants = [(sources, folder)]
+    if sources.precision is not FLOAT32:
+        variants.insert(0, (small, work / "small"))
+        _lay_down(small, sequences, vectors.answers(small, sequences), work / "small")
+    step("measuring on the target")
+    tried = [(variant, path, cpu) for variant, path in variants for cpu in toolchain.CPUS]
+    runs = [toolchain.run_target(v, path, _folder(work, f"{cpu}-{v.precision.name}"), cpu) for v, path, cpu in tried]
+    step("checking rules and coverage")
+    findings = Findings(
+        sources=sources,
+        steps=sum(len(sequence.inputs) - 1 for sequence in sequences),
+        sequences=len(sequences),
+        data_bytes=sum(small.precision.layout(record).itemsize for record in small.records.values()),
+        small=toolchain.build(small, variants[0][1], _folder(work, "build")),
+        runs=[run for run in runs if run is not None],
+        misra=toolchain.misra(sources, folder),
+        coverage=toolchain.measure_coverage(sources, folder, _folder(work, "coverage")),
+        differences=_differences(sources, recorded),
+        solver=_solver(sources, expected),
+    )
+    (folder / "report.json").write_text(json.dumps(findings.to_json(), indent=2, allow_nan=False) + "\n", "utf-8")
+    (folder / "REPORT.md").write_text(findings.to_markdown(), "utf-8")
+    return findings
+
+
+def _folder(work: Path, name: str) -> Path:
+    path = work / name
+    path.mkdir()
+    return path
+
+
+def _lay_down(sources: Sources, sequences: Sequence[Inputs], expected: Sequence[Answers], folder: Path) -> None:
+    files = {**sources.files(), **filled(sources), **vectors.files(sources, sequences, expected)}
+    for name, text in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+
+def _hold(sources: Sources, sequences: Sequence[Inputs], expected: Sequence[Answers]) -> None:
+    """Raise unless the C on this machine answers exactly as the compiled life."""
+    if sources.precision is FLOAT32:
+        return  # the C itself is what was recorded
+    for sequence, answer in zip(sequences, expected, strict=True):
+        again = drive(sources.part, sequence, "c")
+        if not same(answer, again):
+            raise RuntimeError(f"{sources.part.name}: C and the compiled life differ in sequence {sequence.name}")
+
+
+def same(a: Answers, b: Answers) -> bool:
+    """Return whether two lives gave the same answers, to the bit; every NaN is the same one."""
+    outputs = np.array_equal(a.outputs, b.outputs, equal_nan=True)
+    words = [answer.state.view(np.float64 if answer.outputs.itemsize == 8 else np.float32) for answer in (a, b)]
+    return outputs and np.array_equal(a.statuses, b.statuses) and np.array_equal(*words, equal_nan=True)
+
+
+def _differences(sources: Sources, recorded: Sequence[Inputs]) -> list[Difference]:
+    fields = sources.part.outputs.fields
+    largest = np.zeros(len(fields))
+    for sequence in recorded:
+        wide = drive(sources.part, sequence, "compiled").outputs
+        small = drive(sources.part, sequence, "c", FLOAT32).outputs.astype(np.float64)
+        largest = np.fmax(largest, np.abs(wide - small).max(axis=0))
+    return [Difference(name, f.unit, float(value)) for (name, f), value in zip(fields.items(), largest, strict=True)]
+
+
+def _solver(sources: Sources, expected: Sequence[Answers]) -> tuple[int, int] | None:
+    seen = [answer.iterations for answer in expected if answer.iterations is not None]
+    caps = [
+        int(f.high)
+        for role, record in sources.records.items()
+        if role != "parameters"
+        for path, f in record.table()
+        if path.rpartition(".")[2] == "iterations" and f.kind == "int"
+    ]
+    return (max(seen), max(caps)) if seen and caps else None
+
+
+def _keep(folder: Path, out: Path) -> None:
+    """Move the finished folder to where it was asked for."""
+    refuse_folder(out)
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as near:
+            beside = Path(near) / "export"
+            shutil.copytree(folder, beside)
+            if out.exists():
+                out.rmdir()
+            beside.rename(out)
+    except OSError as error:
+        raise InputError(str(out), f"cannot be written ({error.strerror})", "choose another folder") from None

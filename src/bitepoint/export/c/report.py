@@ -1,0 +1,178 @@
+"""What an export says of itself: report.json for programs, REPORT.md for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from bitepoint.export.c.coverage import Coverage
+from bitepoint.export.c.sources import Sources
+from bitepoint.export.c.toolchain import PACKAGES, Build, TargetRun
+from bitepoint.units import display
+
+DEVIATIONS: Mapping[str, str] = {
+    "2.3": "bitepoint_types.h serves both precisions; each export uses one of its two floats",
+    "2.5": "the period is a macro for the caller",
+    "15.4": "a search ends where it has found, and where its data end",
+    "8.7": "init, step and version are for the caller, who is not here",
+}
+"""Rules of MISRA C:2012 that generated code departs from, and why."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Largest distance of an output in float32 from float64 over the recorded launches."""
+
+    output: str
+    unit: str
+    largest: float
+
+
+@dataclass(frozen=True)
+class Findings:
+    """All that was measured; None where the tools are missing.
+
+    Attributes:
+        small: build for the Cortex-M7 in float32; data_bytes: of all its records in float32.
+        runs: self-tests on emulated processors; the first is the Cortex-M7 in float32.
+        solver: most iterations seen in the vectors, and the cap.
+    """
+
+    sources: Sources
+    steps: int
+    sequences: int
+    data_bytes: int
+    small: Build | None
+    runs: Sequence[TargetRun]
+    misra: Mapping[str, int] | None
+    coverage: Coverage | None
+    differences: Sequence[Difference]
+    solver: tuple[int, int] | None
+
+    @property
+    def stack_bytes(self) -> int | None:
+        """Deepest stack: counted along the calls; where the maths library is called, what was measured if more."""
+        if self.small is None:
+            return None
+        measured = [run.stack_measured for run in self.runs[:1]]
+        return self.small.stack_bytes if self.sources.translation.exact else max([self.small.stack_bytes, *measured])
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the report as plain data."""
+        small, sources = self.small, self.sources
+        return {
+            "name": sources.part.name,
+            "precision": sources.precision.name,
+            "version": sources.version,
+            "origin": sources.origin,
+            "code_bytes": None if small is None else small.code_bytes,
+            "data_bytes": self.data_bytes,
+            "stack_bytes": self.stack_bytes,
+            "instructions_worst": self.runs[0].instructions_worst if self.runs else None,
+            "instructions_mean": self.runs[0].instructions_mean if self.runs else None,
+            "misra": None if self.misra is None else dict(self.misra),
+            "maths": sorted(sources.translation.maths),
+            "selftest": {"steps": self.steps, "sequences": self.sequences},
+            "targets": [asdict(run) for run in self.runs],
+            "coverage": None if self.coverage is None else asdict(self.coverage),
+            "float32_against_float64": {d.output: {"largest": d.largest, "unit": d.unit} for d in self.differences},
+            "solver": None if self.solver is None else {"iterations_worst": self.solver[0], "cap": self.solver[1]},
+        }
+
+    def to_markdown(self) -> str:
+        """Return the report for people."""
+        return "\n".join(self._markdown()) + "\n"
+
+    def _markdown(self) -> Iterator[str]:
+        sources = self.sources
+        yield from (f"# {sources.part.name}, {sources.precision.name}", "", f"{_sentence(sources.meaning)}")
+        yield from (
+            f"Version {sources.version}. Parameters: {sources.origin}.",
+            "",
+            "## On a Cortex-M7, float32, -O2",
+            "",
+        )
+        if self.small is None or not self.runs:
+            yield from (f"Not measured in full: the tool chain is missing (Debian: {PACKAGES}).", "")
+        yield from _table(
+            ("figure", "value"),
+            [
+                ("code and constants", _or_dash(self.small and self.small.code_bytes, "bytes")),
+                ("records: parameters, state, signals, scratch", f"{self.data_bytes} bytes"),
+                ("deepest stack", _or_dash(self.stack_bytes, "bytes")),
+                ("worst step", _or_dash(self.runs[0].instructions_worst if self.runs else None, "instructions")),
+                ("mean step", _or_dash(self.runs[0].instructions_mean if self.runs else None, "instructions")),
+            ],
+        )
+        yield from self._solver()
+        yield from self._selftest()
+        yield from self._precision()
+        yield from self._coverage()
+        yield from self._misra()
+
+    def _solver(self) -> Iterator[str]:
+        if self.solver is not None:
+            worst, cap = self.solver
+            yield from ("", f"The solver took {worst} iterations at most over the vectors; it stops at {cap}.")
+
+    def _selftest(self) -> Iterator[str]:
+        exact = "to the bit" if self.sources.translation.exact else "within the tolerance of test/selftest.c"
+        yield from ("", "## Self-test", "")
+        yield f"{self.steps} recorded steps in {self.sequences} sequences, compared {exact}."
+        yield "Run it by `make test` on a computer, by `make target` in an emulated processor."
+        used = sorted(self.sources.translation.maths)
+        yield f"Functions of the maths library in use: {', '.join(used) or 'none'}."
+        if self.runs:
+            yield ""
+            yield from _table(
+                ("processor (emulated)", "precision", "steps", "differences", "worst step, instructions", "mean"),
+                [
+                    (r.cpu, r.precision, r.steps, r.differences, r.instructions_worst, r.instructions_mean)
+                    for r in self.runs
+                ],
+            )
+
+    def _precision(self) -> Iterator[str]:
+        yield from ("", "## float32 against float64", "", "Largest distance over the recorded launches.", "")
+        yield from _table(
+            ("output", "distance"), [(d.output, f"{d.largest:.3g} {display(d.unit)}") for d in self.differences]
+        )
+
+    def _coverage(self) -> Iterator[str]:
+        yield from ("", "## What the vectors reach", "")
+        found = self.coverage
+        if found is None:
+            yield "Not measured: it takes gcc with its gcov, and make."
+            return
+        yield f"{found.lines_reached} of {found.lines} lines, {found.branches_reached} of {found.branches} branches."
+        if found.missing:
+            yield ""
+            rows = [(m.line, f"`{m.text}`", m.reason or "not explained") for m in found.missing]
+            yield from _table(("line", "not reached in full", "why"), rows)
+
+    def _misra(self) -> Iterator[str]:
+        yield from ("", "## MISRA C:2012", "")
+        if self.misra is None:
+            yield "Not checked: cppcheck is missing."
+            return
+        yield "Checked by cppcheck's addon; this is a check, not a statement of compliance."
+        yield ""
+        if not self.misra:
+            yield "No findings."
+            return
+        rows = [(rule, count, DEVIATIONS.get(rule, "not explained")) for rule, count in self.misra.items()]
+        yield from _table(("rule", "findings", "why"), rows)
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:] + "."
+
+
+def _or_dash(number: int | None, unit: str) -> str:
+    return "–" if number is None else f"{number} {unit}"
+
+
+def _table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> Iterator[str]:
+    for row in (header, ["---"] * len(header), *rows):
+        yield f"| {' | '.join(str(cell).replace('|', chr(92) + '|') for cell in row)} |"

@@ -1,0 +1,69 @@
+/* See selftest.h. */
+#include "selftest.h"
+#include "vectors.h"
+
+#include <math.h>
+#include <string.h>
+
+@instances@
+
+#define TOLERANCE (@tolerance@)
+/* 0: every bit has to be right. Above it: what may be missing, relative to the larger of the value and 1, where
+ * functions of the maths library are in use, which libraries round differently in the last place. */
+
+static bool same(@real@ got, @real@ expected)
+{
+    const bool numbers = (fpclassify(got) != FP_SUBNORMAL) && (fpclassify(expected) != FP_SUBNORMAL); /* no integers */
+    const bool close = fabs((double)got - (double)expected) <= (TOLERANCE * fmax(1.0, fabs((double)expected)));
+    return (memcmp(&got, &expected, sizeof(got)) == 0) || (isnan(got) && isnan(expected)) || (numbers && close);
+}
+
+static void compare(const void *got, const void *expected, size_t bytes, selftest_result_t *result)
+{
+    @real@ values[2];
+    for (size_t place = 0U; place < bytes; place += sizeof(values[0]))
+    {
+        (void)memcpy(&values[0], (const char *)got + place, sizeof(values[0]));
+        (void)memcpy(&values[1], (const char *)expected + place, sizeof(values[1]));
+        if (!same(values[0], values[1]))
+        {
+            if (result->differences == 0U)
+            {
+                result->first_difference = result->steps;
+            }
+            result->differences++;
+        }
+    }
+}
+
+selftest_result_t selftest_run(void)
+{
+    selftest_result_t result = {0U, 0U, 0U, 0U};
+    uint32_t row = 0U;
+    for (uint32_t n = 0U; n < VECTORS_SEQUENCES; n++)
+    {
+        const vectors_sequence_t *const sequence = &vectors_sequences[n];
+@clear@
+        (void)memcpy(&@inputs@, vectors_inputs[row], sizeof(@inputs@));
+        @prefix@_init(@init_arguments@);
+        compare(&@outputs@, vectors_outputs[row], sizeof(@outputs@), &result);
+        row++;
+        for (uint32_t k = 1U; k < sequence->rows; k++)
+        {
+            (void)memcpy(&@inputs@, vectors_inputs[row], sizeof(@inputs@));
+            result.steps++;
+            selftest_begin();
+            const @integer@ status = @prefix@_step(@step_arguments@);
+            selftest_end();
+            compare(&@outputs@, vectors_outputs[row], sizeof(@outputs@), &result);
+            if (status != vectors_status[row])
+            {
+                result.differences++;
+            }
+            row++;
+        }
+        compare(&@state@, &sequence->state, sizeof(@state@), &result);
+        result.sequences++;
+    }
+    return result;
+}

@@ -1,0 +1,139 @@
+"""Measurements of an exported folder by tools that may be there or not: sizes, stack, instructions, MISRA, coverage."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from bitepoint.export.c import coverage
+from bitepoint.export.c.coverage import Coverage
+from bitepoint.export.c.sources import Sources
+
+CROSS = "arm-none-eabi-gcc"
+EMULATOR = "qemu-system-arm"
+CPUS = {"cortex-m7": "fpv5-d16", "cortex-m4": "fpv4-sp-d16"}
+"""Processors that the exported Makefile knows, with their floating-point units."""
+
+PACKAGES = "gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm cppcheck"
+"""What Debian calls the packages that these measurements need."""
+
+LONGEST = 300
+"""Most seconds that one tool may take."""
+
+
+@dataclass(frozen=True)
+class Build:
+    """Bytes of code and constants of the generated source, and of the deepest stack below its functions."""
+
+    code_bytes: int
+    stack_bytes: int
+
+
+@dataclass(frozen=True)
+class TargetRun:
+    """The self-test on an emulated processor."""
+
+    cpu: str
+    precision: str
+    steps: int
+    differences: int
+    instructions_worst: int
+    instructions_mean: int
+    stack_measured: int
+
+
+def missing() -> list[str]:
+    """Return which programs of the target's tool chain are not on the path."""
+    return [program for program in ("make", CROSS, EMULATOR) if shutil.which(program) is None]
+
+
+def build(sources: Sources, folder: Path, work: Path, cpu: str = "cortex-m7") -> Build | None:
+    """Compile the generated source for a processor at -O2; None where there is no cross compiler.
+
+    The stack is the sum of the frames along the deepest path of calls, as the compiler counts them; what the maths
+    library takes is not in it.
+    """
+    if shutil.which(CROSS) is None:
+        return None
+    target = [f"-mcpu={cpu}", "-mthumb", "-mfloat-abi=hard", f"-mfpu={CPUS[cpu]}"]
+    exact = ["-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fstack-usage"]
+    file = work / f"{sources.prefix}.o"
+    _run([CROSS, *target, *exact, "-c", "-o", str(file), f"{sources.prefix}.c"], folder)
+    table = _run([CROSS.replace("gcc", "size"), str(file)], folder).splitlines()
+    return Build(int(table[1].split()[0]), _deepest(sources, _frames(file.with_suffix(".su"))))
+
+
+def _frames(file: Path) -> dict[str, int]:
+    """Return the bytes of stack of each function; clones that the compiler made count for their original."""
+    frames: dict[str, int] = {}
+    for line in file.read_text().splitlines():
+        place, size, _ = line.split("\t")
+        name = place.rpartition(":")[2].partition(".")[0]
+        frames[name] = max(int(size), frames.get(name, 0))
+    return frames
+
+
+def _deepest(sources: Sources, frames: Mapping[str, int]) -> int:
+    calls = sources.translation.calls
+
+    def below(name: str) -> int:
+        return frames.get(name, 0) + max((below(callee) for callee in calls.get(name, ())), default=0)
+
+    return max(below(f"{sources.prefix}_{role}") for role in ("init", "step"))
+
+
+def run_target(sources: Sources, folder: Path, work: Path, cpu: str) -> TargetRun | None:
+    """Run the self-test on an emulated processor; None where the tool chain is missing."""
+    if missing():
+        return None
+    command = ["make", "-s", "target", f"CPU={cpu}", f"BUILD={work}"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=LONGEST, check=False)
+    found = dict(re.findall(r"^(\w+)=(\d+)$", done.stdout + done.stderr, re.MULTILINE))
+    if "stack_measured" not in found:
+        raise RuntimeError(f"the image for {cpu} did not run:\n{done.stdout}{done.stderr}")
+    names = ("steps", "differences", "instructions_worst", "instructions_mean", "stack_measured")
+    return TargetRun(cpu, sources.precision.name, *(int(found[name]) for name in names))
+
+
+def run_host(folder: Path, work: Path) -> None:
+    """Run the exported self-test on this machine.
+
+    Raises:
+        RuntimeError: it does not compile, or does not answer as recorded.
+    """
+    if shutil.which("make") is not None:
+        _run(["make", "-s", "test", f"BUILD={work}"], folder)
+
+
+def measure_coverage(sources: Sources, folder: Path, work: Path) -> Coverage | None:
+    """Return what the vectors reach of the generated source; None where gcc's gcov or make is missing."""
+    if not coverage.available() or shutil.which("make") is None:
+        return None
+    _run(["make", "-s", "coverage", f"BUILD={work}"], folder)
+    file = work / f"selftest-coverage-{sources.prefix}.gcov.json.gz"
+    return coverage.read(file, folder / f"{sources.prefix}.c")
+
+
+def misra(sources: Sources, folder: Path) -> dict[str, int] | None:
+    """Return the findings of cppcheck's MISRA C:2012 checks by rule; None where cppcheck is missing."""
+    if shutil.which("cppcheck") is None:
+        return None
+    files = [f"{sources.prefix}.c", f"{sources.prefix}_parameters.c"]
+    command = ["cppcheck", "--addon=misra", "--std=c99", "--quiet", "--template={id}", "-I.", *files]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=LONGEST, check=False)
+    if "misra.py" in done.stderr or done.returncode != 0:
+        return None
+    counts = Counter(re.findall(r"^misra-c2012-([\d.]+)$", done.stderr, re.MULTILINE))
+    return dict(sorted(counts.items(), key=lambda item: [int(part) for part in item[0].split(".")]))
+
+
+def _run(command: Sequence[str], folder: Path) -> str:
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=LONGEST, check=False)
+    if done.returncode != 0:
+        raise RuntimeError(f"{' '.join(command)} failed:\n{done.stdout}{done.stderr}")
+    return done.stdout

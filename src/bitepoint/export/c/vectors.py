@@ -1,0 +1,199 @@
+"""Vectors of the self-test: recorded launches, and random inputs and parameters that reach every branch."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from bitepoint.export.c.driving import Answers, Floats, drive
+from bitepoint.export.c.driving import Sequence as Inputs
+from bitepoint.export.c.sources import Sources, ended, initialiser, number
+from bitepoint.fields import CURVE_POINTS, Field
+from bitepoint.kernels.c99.text import comment, indented
+from bitepoint.recording import Recording
+from bitepoint.records import Curve, Record, RecordArray
+from bitepoint.simulation.system import Part
+
+BAD = (np.nan, np.inf, -np.inf, 1e30, -1e30)
+"""What a broken sensor may show."""
+
+ROWS = 120
+"""Rows of a random sequence."""
+
+RECORDED = 200
+"""Most rows of a disturbed recording."""
+
+
+def recorded(part: Part, recording: Recording, name: str, rows: int = 10_000) -> Inputs:
+    """Return the inputs that a part had in a recording of its closed loop, at its own steps."""
+    every = max(round(part.period / float(recording.time[1] - recording.time[0])), 1)
+    table = np.array([recording[signal][::every][:rows] for signal in part.inputs.fields]).T
+    return Inputs(name, part.parameters[:1], np.ascontiguousarray(np.vstack([table[:1], table])))
+
+
+def random(part: Part, runs: Sequence[Inputs]) -> Iterator[Inputs]:
+    """Yield random sequences without end, in turn wild ones and disturbed recordings; the same ones every time."""
+    for seed in itertools.count():
+        rng = np.random.default_rng([seed, 2026])
+        run = runs[seed // 2 % len(runs)]
+        table = _wild(part, rng) if seed % 2 == 0 else _disturbed(part, run, rng)
+        _break(table, float(rng.choice([0.0, 0.02])), rng)
+        parameters = part.parameters[:1].copy()
+        _vary(parameters[0], part.parameters_type, rng)
+        yield Inputs(f"random {seed}", parameters, np.ascontiguousarray(table))
+
+
+def longest(run: Inputs, part: Part) -> Inputs:
+    """Return a recorded run in which every search in a curve goes through all the points that a curve can have."""
+    parameters = run.parameters.copy()
+    for path, field in part.parameters_type.table():
+        if field.kind == "curve":
+            x, y = field.axes
+            abscissae = x.low + (x.high - x.low) * np.linspace(0.0, 1e-3, CURVE_POINTS)
+            ordinates = np.full(CURVE_POINTS, np.clip(0.3 * y.high, y.low, 1e4))
+            view = part.parameters_type.locate(parameters, path, part.name)[1]
+            view[...] = Curve.through(abscissae.tolist(), ordinates.tolist())[0]
+    return Inputs(f"{run.name}, longest searches", parameters, run.inputs)
+
+
+def _break(table: Floats, share: float, rng: np.random.Generator) -> None:
+    """Replace a share of the inputs by what a broken sensor may show."""
+    for row in table:
+        for column in range(len(row)):
+            if rng.random() < share:
+                row[column] = rng.choice(BAD)
+
+
+def _wild(part: Part, rng: np.random.Generator) -> Floats:
+    """Return inputs over their declared ranges: they hold for a while, drift, or jump."""
+    fields = list(part.inputs.fields.values())
+    table = np.array([_signal(field, ROWS, rng) for field in fields]).T
+    _approach(table, fields, rng)
+    return table
+
+
+def _disturbed(part: Part, run: Inputs, rng: np.random.Generator) -> Floats:
+    """Return recorded inputs, each of them for some time replaced by others, scaled or shifted."""
+    table = run.inputs[:RECORDED].copy()
+    for column, field in enumerate(part.inputs.fields.values()):
+        first, length = rng.integers(0, len(table)), rng.integers(1, len(table))
+        some = slice(first, first + length)
+        other = _signal(field, len(table), rng)[some]
+        near = table[some, column] * rng.uniform(0.3, 1.7)
+        table[some, column] = np.clip(near if rng.random() < 0.7 else other, field.low, field.high)
+    return table
+
+
+def _signal(field: Field, rows: int, rng: np.random.Generator) -> Floats:
+    low, high = max(field.low, -1e6), min(field.high, 1e6)
+    span = (high - low) * rng.choice([1.0, 0.3, 0.05])
+    start = np.clip(0.0, low, high) + rng.uniform(-0.5, 0.5) * span
+    jumps = np.cumsum(rng.random(rows) < rng.choice([0.02, 0.1, 0.5]))
+    levels = start + rng.uniform(-0.5, 0.5, rows + 1)[jumps] * span
+    drift = np.cumsum(rng.normal(0.0, 0.01, rows)) * span
+    zero = rng.random(rows + 1)[jumps] < 0.2
+    return np.clip(np.where(zero, 0.0, levels + drift), low, high)
+
+
+def _approach(table: Floats, fields: Sequence[Field], rng: np.random.Generator) -> None:
+    """Bring signals of one unit close to each other for a while: control happens where speeds nearly meet."""
+    rows = len(table)
+    for column, field in enumerate(fields):
+        first = next(n for n, other in enumerate(fields) if other.unit == field.unit)
+        first_row, length = rng.integers(0, rows), rng.integers(rows // 4, rows)
+        if first < column:
+            some = slice(first_row, first_row + length)
+            gap = (field.high - field.low) * 10.0 ** rng.uniform(-6, -1) * rng.choice([-1.0, 1.0])
+            near = table[some, first] + gap * np.linspace(1.0, rng.uniform(-0.2, 1.0), len(table[some]))
+            table[some, column] = np.clip(near, field.low, field.high)
+
+
+def _vary(record: Any, kind: type[Record], rng: np.random.Generator) -> None:
+    """Change numbers of one record at random, within their ranges."""
+    for name, field in kind.fields.items():
+        if field.kind == "curve":
+            record[name] = _curve(field, rng)[0]
+        elif field.record is not None:
+            for item in np.atleast_1d(record[name]):
+                _vary(item, field.record, rng)
+        elif field.kind == "int":
+            continue  # a choice, whose other values need more than a number
+        else:
+            factor = np.exp(rng.uniform(-1.0, 1.0, field.shape or None))
+            value = np.where(rng.random(field.shape or None) < 0.1, 0.0, record[name] * factor)
+            record[name] = np.clip(value, field.low, field.high)
+
+
+def _curve(field: Field, rng: np.random.Generator) -> RecordArray:
+    x, y = field.axes
+    points = int(rng.choice([2, 3, 6, CURVE_POINTS]))
+    reach = x.low + (min(x.high, 1e4) - x.low) * rng.uniform(0.2, 1.0)
+    abscissae = np.sort(rng.uniform(x.low, reach, points))
+    return Curve.through(abscissae.tolist(), rng.uniform(y.low, min(y.high, 1e4), points).tolist())
+
+
+def answers(sources: Sources, sequences: Sequence[Inputs]) -> list[Answers]:
+    """Return what the part answers to each sequence: in float64 by the compiled life, in float32 by the C itself."""
+    life = "compiled" if sources.precision.size == 8 else "c"
+    return [drive(sources.part, sequence, life, sources.precision) for sequence in sequences]
+
+
+def files(sources: Sources, sequences: Sequence[Inputs], expected: Sequence[Answers]) -> dict[str, str]:
+    """Return vectors.h and vectors.c."""
+    return {
+        "test/vectors.h": "\n".join(_header(sources, sequences)) + "\n",
+        "test/vectors.c": "\n".join(_source(sources, sequences, expected)) + "\n",
+    }
+
+
+def _header(sources: Sources, sequences: Sequence[Inputs]) -> Iterator[str]:
+    real, integer = sources.precision.real, sources.precision.integer
+    rows = sum(len(sequence.inputs) for sequence in sequences)
+    inputs, outputs = len(sources.part.inputs.fields), len(sources.part.outputs.fields)
+    yield from comment("Recorded vectors; row by row, the first row of each sequence is what init sees and shows.")
+    yield from ("#ifndef VECTORS_H", "#define VECTORS_H", "", f'#include "{sources.prefix}.h"', "")
+    yield f"#define VECTORS_SEQUENCES ({len(sequences)}U)"
+    yield f"#define VECTORS_PERIOD ({sources.prefix.upper()}_PERIOD)"
+    yield from ("", "typedef struct", "{", f"    const {sources.type('parameters')} *parameters;")
+    yield from ("    uint32_t rows;", f"    {sources.type('state')} state; /* after the last row */")
+    yield from ("} vectors_sequence_t;", "")
+    yield "extern const vectors_sequence_t vectors_sequences[VECTORS_SEQUENCES];"
+    yield f"extern const {real} vectors_inputs[{rows}][{inputs}];"
+    yield f"extern const {real} vectors_outputs[{rows}][{outputs}];"
+    yield f"extern const {integer} vectors_status[{rows}];"
+    yield from ("", "#endif")
+
+
+def _source(sources: Sources, sequences: Sequence[Inputs], expected: Sequence[Answers]) -> Iterator[str]:
+    precision, record = sources.precision, sources.records
+    names = [sources.instance("parameters") if n == 0 else f"parameters_{n}" for n in range(len(sequences))]
+    yield f'#include "{sources.prefix}_parameters.h"'
+    yield from ('#include "vectors.h"', "", "#include <math.h>", "")
+    for n, sequence in enumerate(sequences[1:], 1):
+        yield f"static const {sources.type('parameters')} {names[n]} ="
+        yield from ended(initialiser(sequence.parameters[0], record["parameters"], precision))
+        yield ""
+    yield "const vectors_sequence_t vectors_sequences[VECTORS_SEQUENCES] ="
+    yield "{"
+    for name, sequence, answer in zip(names, sequences, expected, strict=True):
+        yield from indented(comment(sequence.name))
+        yield f"    {{ .parameters = &{name}, .rows = {len(sequence.inputs)}U, .state ="
+        yield from indented(initialiser(answer.state[0], record["state"], precision), 2)
+        yield "    },"
+    yield from ("};", "")
+    tables = (("inputs", [s.inputs for s in sequences]), ("outputs", [a.outputs for a in expected]))
+    for name, parts in tables:
+        table = np.vstack(parts)
+        yield f"const {precision.real} vectors_{name}[{len(table)}][{table.shape[1]}] ="
+        yield "{"
+        yield from (f"    {{{', '.join(number(value, 'float', precision) for value in row)}}}," for row in table)
+        yield from ("};", "")
+    statuses = np.concatenate([answer.statuses for answer in expected])
+    yield f"const {precision.integer} vectors_status[{len(statuses)}] ="
+    yield "{"
+    for first in range(0, len(statuses), 40):
+        yield "    " + " ".join(f"{status}," for status in statuses[first : first + 40])
+    yield "};"
