@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,12 +16,26 @@ from hypothesis import settings
 from bitepoint import api
 from bitepoint.cli import main
 from bitepoint.errors import InputError
+from bitepoint.export.c import toolchain
 
 # the first example of a test may have to compile; every run tries the same examples, so that a failure comes back
 settings.register_profile("bitepoint", deadline=None, derandomize=True)
 settings.load_profile("bitepoint")
 
 REPOSITORY = Path(__file__).parents[1]
+
+
+def needs(*programs: str, packages: str) -> pytest.MarkDecorator:
+    """Skip a test, saying what to install, where a program is not on the path."""
+    missing = [program for program in programs if shutil.which(program) is None]
+    return pytest.mark.skipif(bool(missing), reason=f"no {', '.join(missing)}: install Debian's {packages}")
+
+
+needs_c = needs("gcc", packages="gcc")
+needs_target = needs("make", "arm-none-eabi-gcc", "qemu-system-arm", packages=toolchain.PACKAGES)
+
+OTHER_LIVES = [pytest.param("interpreted"), pytest.param("c", marks=needs_c)]
+"""The lives that are held to the compiled one."""
 
 
 @pytest.fixture(scope="session")

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from bitepoint.controllers.controller import Controller
+from bitepoint.kernels import Life
+from tests.conftest import OTHER_LIVES, needs_c
 from tests.contracts.harness import (
     ControllerBench,
     controllers_with_calibrations,
@@ -113,9 +115,10 @@ def test_measurements_far_out_of_range_are_survived(controller: Controller, cali
                 assert field.low <= bench.c[name][0] <= field.high, name
 
 
+@pytest.mark.parametrize("life", OTHER_LIVES)
 @each_controller
-def test_lives_agree_to_the_bit(controller: Controller, calibration: str) -> None:
-    lives = [ControllerBench(controller, designed(controller, calibration), life) for life in LIVES]
+def test_lives_agree_to_the_bit(controller: Controller, calibration: str, life: Life) -> None:
+    lives = [ControllerBench(controller, designed(controller, calibration), other) for other in ("compiled", life)]
     for number, values in enumerate(sequence(controller, 1, 1000)):
         if number % 97 == 0:
             values = {**values, "pedal": np.array([np.nan])}
@@ -125,7 +128,21 @@ def test_lives_agree_to_the_bit(controller: Controller, calibration: str) -> Non
     assert same_bits(lives[0].s, lives[1].s)
 
 
-LIVES = ("compiled", "interpreted")
+@needs_c
+@each_controller
+def test_c_agrees_to_the_bit_over_a_hundred_thousand_steps(controller: Controller, calibration: str) -> None:
+    rng = np.random.default_rng(11)
+    lanes, steps = 200, 500
+    p = np.repeat(designed(controller, calibration), lanes)
+    benches = [ControllerBench(controller, p, "compiled"), ControllerBench(controller, p, "c")]
+    for values in sequence(controller, lanes, steps, seed=12):
+        for column in values.values():
+            broken = rng.random(lanes) < 0.01
+            column[broken] = rng.choice([np.nan, np.inf, -np.inf, 1e300, -1e300, 1e-310], int(broken.sum()))
+        statuses = [bench.step(**values) for bench in benches]
+        assert np.array_equal(*statuses)
+        assert same_bits(benches[0].c, benches[1].c)
+        assert same_bits(benches[0].s, benches[1].s)
 
 
 @each_controller

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bitepoint.kernels import Life
 from bitepoint.plants.plant import Plant
+from tests.conftest import OTHER_LIVES, needs_c
 from tests.contracts.harness import PlantBench, nominal, plants_with_vehicles, random_signals, same_bits
 from tests.tolerances import ENERGY, ENERGY_STIFF
 
@@ -163,16 +165,38 @@ def test_init_forgets_the_past(plant: Plant, vehicle: str) -> None:
     assert same_bits(fresh.y, used.y)
 
 
+@pytest.mark.parametrize("life", OTHER_LIVES)
 @each_vehicle
-def test_lives_agree_to_the_bit(plant: Plant, vehicle: str) -> None:
+def test_lives_agree_to_the_bit(plant: Plant, vehicle: str, life: Life) -> None:
     rng = np.random.default_rng(5)
-    benches = [PlantBench(plant, nominal(plant, vehicle), life) for life in ("compiled", "interpreted")]
+    benches = [PlantBench(plant, nominal(plant, vehicle), other) for other in ("compiled", life)]
     for k in range(40):
         inputs = {"throttle": rng.uniform(0.2, 0.5), "clutch_torque_command": rng.uniform(60, 200) if k > 5 else 0.0}
         statuses = [bench.step(0.001, **inputs)[0] for bench in benches]
         assert statuses == [0, 0]
         assert same_bits(benches[0].y, benches[1].y)
     assert same_bits(benches[0].x, benches[1].x)
+
+
+@needs_c
+@each_vehicle
+def test_c_agrees_to_the_bit_over_a_hundred_thousand_steps(plant: Plant, vehicle: str) -> None:
+    rng = np.random.default_rng(6)
+    lanes, steps = 200, 500
+    p = np.repeat(nominal(plant, vehicle), lanes)
+    p["road"]["grade"] = rng.uniform(-0.3, 0.3, lanes)
+    p["vehicle"]["mass"] = rng.uniform(900, 2500, lanes)
+    benches = [PlantBench(plant, p, "compiled"), PlantBench(plant, p, "c")]
+    for k in range(steps):
+        if k % 20 == 0:
+            inputs = random_signals(plant.inputs, rng, (lanes,))
+            inputs["clutch_torque_command"] = rng.uniform(0, 300, lanes) * (rng.random(lanes) < 0.8)
+        if k % 97 == 0:
+            inputs["throttle"][rng.integers(0, lanes, 3)] = [np.nan, np.inf, -1e300]
+        statuses = [bench.step(0.001, **inputs) for bench in benches]
+        assert np.array_equal(*statuses)
+        assert same_bits(benches[0].y, benches[1].y)
+        assert same_bits(benches[0].x, benches[1].x)
 
 
 @each_vehicle

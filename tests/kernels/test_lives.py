@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bitepoint.kernels import clamp, is_finite, kernel, sign, to_index
+from bitepoint.kernels import Life, clamp, is_finite, kernel, sign, to_index
 from bitepoint.records import FloatArray, Record, RecordElements, count, nested, quantity
+from tests.conftest import OTHER_LIVES
 from tests.kernels.subset_examples import Example, all_that_is_allowed
 
 EDGES = [0.0, -0.0, 1.0, -1.0, 0.5, math.inf, -math.inf, math.nan, 5e-324, 1e308, -1e308, 710.0, -745.5, 1e-300]
@@ -78,27 +79,34 @@ def same(a: np.ndarray, b: np.ndarray) -> bool:
 PAIRS = [(x, y) for x in EDGES for y in EDGES]
 
 
+each_life = pytest.mark.parametrize("life", OTHER_LIVES)
+
+
+@each_life
 @pytest.mark.parametrize("function", [operations, powers, smooth], ids=lambda k: k.name)
-def test_agree_on_edges_of_two(function) -> None:
+def test_agree_on_edges_of_two(function, life: Life) -> None:
     x, y = (np.array(column) for column in zip(*PAIRS, strict=True))
-    assert bits(function.run(x, y)) == bits(function.run(x, y, life="interpreted"))
+    assert bits(function.run(x, y)) == bits(function.run(x, y, life=life))
 
 
+@each_life
 @pytest.mark.parametrize("function", [functions, growth, limits], ids=lambda k: k.name)
-def test_agree_on_edges_of_one(function) -> None:
+def test_agree_on_edges_of_one(function, life: Life) -> None:
     x = np.array(EDGES)
-    assert bits(function.run(x)) == bits(function.run(x, life="interpreted"))
+    assert bits(function.run(x)) == bits(function.run(x, life=life))
 
 
+@each_life
 @settings(max_examples=200, deadline=None)
-@given(st.lists(st.tuples(st.floats(), st.floats()), min_size=1, max_size=20))
-def test_agree_on_any_floats(pairs: list[tuple[float, float]]) -> None:
+@given(pairs=st.lists(st.tuples(st.floats(), st.floats()), min_size=1, max_size=20))
+def test_agree_on_any_floats(pairs: list[tuple[float, float]], life: Life) -> None:
     x, y = (np.array(column) for column in zip(*pairs, strict=True))
     for function in (operations, powers, smooth):
-        assert bits(function.run(x, y)) == bits(function.run(x, y, life="interpreted"))
+        assert bits(function.run(x, y)) == bits(function.run(x, y, life=life))
 
 
-def test_agree_on_records() -> None:
+@each_life
+def test_agree_on_records(life: Life) -> None:
     rng = np.random.default_rng(1)
     records = Example.zeros(200)
     for name in ("table", "matrix"):
@@ -108,12 +116,12 @@ def test_agree_on_records() -> None:
     x[::7] = np.nan
     again = records.copy()
     assert bits(all_that_is_allowed.run(records, x, n)) == bits(
-        all_that_is_allowed.run(again, x, n, life="interpreted")
+        all_that_is_allowed.run(again, x, n, life=life)
     )
     assert records["mode"].tolist() == again["mode"].tolist()
     assert same(records, again)
     in_place.run(records, x)
-    in_place.run(again, x, life="interpreted")
+    in_place.run(again, x, life=life)
     assert same(records, again)
 
 
@@ -177,13 +185,14 @@ def weigh(rows: Rows, x: float) -> float:
     return total
 
 
-def test_arrays_of_records() -> None:
+@each_life
+def test_arrays_of_records(life: Life) -> None:
     lanes = Rows.zeros(2)
     lanes["used"] = [2, 4]
     lanes["row"]["weight"] = [[1, 2, 3, 4], [5, 6, 7, 8]]
     again = lanes.copy()
     assert weigh.run(lanes, 2.0).tolist() == [6.0, 52.0]
-    assert weigh.run(again, 2.0, life="interpreted").tolist() == [6.0, 52.0]
+    assert weigh.run(again, 2.0, life=life).tolist() == [6.0, 52.0]
     assert lanes.tobytes() == again.tobytes()
     assert lanes["row"]["hits"].tolist() == [[1, 1, 0, 0], [1, 1, 1, 1]]
 

@@ -192,7 +192,10 @@ class Terms:
 
     def _ifexp(self, node: ast.IfExp) -> Term:
         test, yes, no = self.term(node.test), self.term(node.body), self.term(node.orelse)
-        return Term(f"{test.inside()} ? {yes.inside()} : {no.inside()}", Value(yes.kind), CHOICE)
+        results = [yes.inside(), no.inside()]
+        if yes.kind == "int" and isinstance(node.body, ast.Constant) and isinstance(node.orelse, ast.Constant):
+            results = [f"({self.precision.integer}){result}" for result in results]  # not C's narrower int
+        return Term(f"{test.inside()} ? {results[0]} : {results[1]}", Value(yes.kind), CHOICE)
 
     def _call(self, node: ast.Call) -> Term:
         function = node.func

@@ -1,0 +1,289 @@
+"""Exported folders: what is in them, that they hold together, and that they cannot be got wrong silently."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bitepoint.assembly import CONTROLLERS, PLANTS
+from bitepoint.export.c import Options, export_c, toolchain
+from bitepoint.kernels.c99 import host
+from bitepoint.kernels.c99.host import FLAGS, STRICT
+from tests.conftest import Command, Refused, names_in, needs, needs_c
+
+pytestmark = needs_c
+
+MOST_CODE, MOST_STACK, MOST_INSTRUCTIONS = 8192, 1024, 1000
+"""Bytes, bytes and instructions of one step that the launch controllers may take on a Cortex-M7 in float32."""
+
+TORQUE = 0.01
+"""Newton metres that a torque may differ in float32 from float64."""
+
+CASES = [(name, precision) for name in CONTROLLERS for precision in ("float64", "float32")]
+each_case = pytest.mark.parametrize(("name", "precision"), CASES, ids=["-".join(case) for case in CASES])
+Exported = Callable[[str, str], Path]
+
+
+@pytest.fixture(scope="session")
+def exported(tmp_path_factory: pytest.TempPathFactory) -> Exported:
+    """The folder of a part in a precision, exported once."""
+    folder = tmp_path_factory.mktemp("exports")
+
+    def export(name: str, precision: str) -> Path:
+        out = folder / f"{name}-{precision}"
+        if not out.exists():
+            export_c(Options(name, precision=precision), out)
+        return out
+
+    return export
+
+
+def report(out: Path) -> dict[str, Any]:
+    return json.loads((out / "report.json").read_text())
+
+
+def make(out: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(["make", "-s", "-C", str(out), *arguments], capture_output=True, text=True, check=False)
+
+
+def copy(exported: Exported, tmp_path: Path, name: str = "launch_pid", precision: str = "float64") -> Path:
+    return shutil.copytree(exported(name, precision), tmp_path / "copy")
+
+
+@each_case
+def test_folder_has_what_is_promised(exported: Exported, name: str, precision: str) -> None:
+    out = exported(name, precision)
+    assert names_in(out) == sorted([
+        "CMakeLists.txt", "Makefile", "REPORT.md", "bitepoint_types.h", f"{name}.c", f"{name}.h",
+        f"{name}_parameters.c", f"{name}_parameters.h", "report.json", "target", "test",
+    ])  # fmt: skip
+    header = (out / f"{name}.h").read_text()
+    for function in ("init", "step", "version"):
+        assert f" {name}_{function}(" in header or f" *{name}_{function}(" in header
+    assert f"#define {name.upper()}_PERIOD (0.01" in header
+    for path in out.rglob("*"):
+        if path.is_file():
+            text = path.read_text()
+            assert str(Path.home()) not in text
+            assert "@" not in text.replace("$@", "").replace("@real", "@@") or path.name == "Makefile", path
+
+
+@each_case
+def test_portable_code_compiles_without_a_warning(
+    exported: Exported, name: str, precision: str, tmp_path: Path
+) -> None:
+    out = exported(name, precision)
+    sources = [str(path) for path in sorted(out.glob("*.c"))]
+    flags = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"]
+    subprocess.run(["gcc", *flags, "-c", *sources], cwd=tmp_path, check=True)
+    if shutil.which("clang") is not None:
+        subprocess.run(["clang", *FLAGS, *STRICT, "-c", *sources], cwd=tmp_path, check=True)
+
+
+@each_case
+def test_self_test_passes_plain_and_sanitised(exported: Exported, name: str, precision: str, tmp_path: Path) -> None:
+    out = copy(exported, tmp_path, name, precision)
+    for target in ("test", "sanitize"):
+        done = make(out, target)
+        assert done.returncode == 0, done.stderr
+        assert "0 differences" in done.stdout
+
+
+def test_self_test_fails_when_the_code_is_broken(exported: Exported, tmp_path: Path) -> None:
+    out = copy(exported, tmp_path)
+    source = out / "launch_pid.c"
+    text = source.read_text()
+    assert text.count("s->integral - (c->clutch_kp * error)") == 1
+    source.write_text(
+        text.replace("s->integral - (c->clutch_kp * error)", "s->integral - (c->clutch_kp * error * 1.0001)")
+    )
+    done = make(out, "test")
+    assert done.returncode != 0
+    assert "the first one in step" in done.stdout
+
+
+def test_self_test_fails_when_a_parameter_is_changed(exported: Exported, tmp_path: Path) -> None:
+    out = copy(exported, tmp_path)
+    source = out / "launch_pid_parameters.c"
+    text = source.read_text()
+    assert text.count(".kp = 0.02,") == 1
+    source.write_text(text.replace(".kp = 0.02,", ".kp = 0.0201,"))
+    assert make(out, "test").returncode != 0
+
+
+@needs("cmake", packages="cmake")
+def test_cmake_builds_and_tests_it(exported: Exported, tmp_path: Path) -> None:
+    out = copy(exported, tmp_path, precision="float32")
+    for command in (
+        ["cmake", "-S", str(out), "-B", "build", "-DCMAKE_BUILD_TYPE=Release"],
+        ["cmake", "--build", "build"],
+        ["ctest", "--test-dir", "build", "--output-on-failure"],
+    ):
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
+@each_case
+def test_vectors_reach_every_line_and_branch(exported: Exported, name: str, precision: str) -> None:
+    found = report(exported(name, precision))["coverage"]
+    if found is None:
+        pytest.skip("no gcov")
+    unexplained = [missing for missing in found["missing"] if not missing["reason"]]
+    assert unexplained == []
+    assert found["lines"] > 20
+
+
+@each_case
+def test_float32_stays_close_to_float64(exported: Exported, name: str, precision: str) -> None:
+    differences = report(exported(name, precision))["float32_against_float64"]
+    assert {d["unit"] for d in differences.values()} >= {"N*m", "1"}
+    for output, difference in differences.items():
+        bound = {"N*m": TORQUE, "rad/s": 1e-3, "1": 1e-4}[difference["unit"]]
+        assert difference["largest"] <= bound, output
+
+
+@needs("cppcheck", packages="cppcheck")
+@each_case
+def test_misra_findings_are_explained(exported: Exported, name: str, precision: str) -> None:
+    out = exported(name, precision)
+    found = report(out)["misra"]
+    assert found is not None
+    text = (out / "REPORT.md").read_text()
+    assert "compliant" not in text
+    assert "not explained" not in text.partition("MISRA")[2]
+    for rule, count in found.items():
+        assert f"| {rule} | {count} |" in text
+
+
+@pytest.mark.skipif(bool(toolchain.missing()), reason=f"no tool chain: install Debian's {toolchain.PACKAGES}")
+@each_case
+def test_processor_in_the_loop_answers_to_the_bit_within_its_budget(
+    exported: Exported, name: str, precision: str
+) -> None:
+    found = report(exported(name, precision))
+    assert [run["differences"] for run in found["targets"]] == [0] * len(found["targets"])
+    kinds = {(run["cpu"], run["precision"]) for run in found["targets"]}
+    assert kinds >= {("cortex-m7", "float32"), ("cortex-m4", "float32"), ("cortex-m7", precision)}
+    assert 0 < found["instructions_worst"] <= MOST_INSTRUCTIONS
+    assert 0 < found["code_bytes"] <= MOST_CODE
+    assert found["stack_bytes"] <= MOST_STACK
+    for run in found["targets"]:
+        if (run["cpu"], run["precision"]) == ("cortex-m7", "float32"):
+            assert run["stack_measured"] <= found["stack_bytes"] + 64  # the call itself, and the paint's edge
+
+
+@pytest.mark.skipif(bool(toolchain.missing()), reason=f"no tool chain: install Debian's {toolchain.PACKAGES}")
+def test_instructions_are_the_same_in_every_run(exported: Exported, tmp_path: Path) -> None:
+    out = copy(exported, tmp_path, precision="float32")
+    runs = [make(out, "target").stderr for _ in range(2)]
+    assert runs[0] == runs[1]
+    assert f"instructions_worst={report(out)['instructions_worst']}\n" in runs[0]
+
+
+@pytest.mark.skipif(bool(toolchain.missing()), reason=f"no tool chain: install Debian's {toolchain.PACKAGES}")
+def test_processor_in_the_loop_sees_a_difference(exported: Exported, tmp_path: Path) -> None:
+    out = copy(exported, tmp_path, precision="float32")
+    source = out / "launch_pid.c"
+    source.write_text(source.read_text().replace("s->time + dt", "s->time + (dt * 1.001F)"))
+    done = make(out, "target")
+    assert done.returncode != 0
+    assert "differences=" in done.stderr
+    assert "\ndifferences=0\n" not in done.stderr
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_plants_export_too(exported: Exported, name: str, tmp_path: Path) -> None:
+    out = exported(name, "float64")
+    found = report(out)
+    assert make(copy(exported, tmp_path, name), "test").returncode == 0
+    assert [run["differences"] for run in found["targets"]] == [0] * len(found["targets"])
+    assert found["coverage"] is None or found["coverage"]["lines_reached"] >= 0.99 * found["coverage"]["lines"]
+
+
+def test_command_line(bitepoint: Command, tmp_path: Path) -> None:
+    out = tmp_path / "new" / "none"
+    done = bitepoint("export", "c", "none", "--out", str(out), "--precision", "float32", "--json")
+    assert done.status == 0
+    assert json.loads(done.out) == report(out)
+    assert json.loads(done.out)["precision"] == "float32"
+
+
+def test_settings_and_vehicle_change_the_parameters(bitepoint: Command, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    done = bitepoint(
+        "export", "c", "none", "--vehicle", "dct-na190", "--set", "controller.clutch_torque=60 N*m", "--out", str(out)
+    )
+    assert done.status == 0
+    text = (out / "none_parameters.c").read_text()
+    assert ".clutch_torque = 60.0, /* N*m */" in text
+    assert "vehicle dct-na190, controller.clutch_torque=60 N*m" in text
+
+
+def test_bad_input_is_one_line_and_leaves_nothing(bitepoint: Command, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    for arguments, parts in (
+        (["nothing"], ["got nothing", "launch_pid"]),
+        (["launch_pid", "--precision", "float16"], ["--precision", "float16", "float32"]),
+        (["launch_pid", "--vehicle", "bus"], ["bus", "no such vehicle"]),
+        (["launch_pid", "--set", "controller.gain=3"], ["controller.gain", "unknown key"]),
+        (["launch_pid", "--set", "controller.clutch_kp=3 m"], ["controller.clutch_kp", "N m s/rad"]),
+    ):
+        bitepoint("export", "c", *arguments, "--out", str(out)).refusal(*parts)
+        assert names_in(tmp_path) == []
+
+
+def test_a_folder_that_is_not_empty_is_left_alone(bitepoint: Command, tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "mine").write_text("kept")
+    bitepoint("export", "c", "none", "--out", str(tmp_path / "out")).refusal("not empty", "new or empty")
+    assert (tmp_path / "out" / "mine").read_text() == "kept"
+    (tmp_path / "file").write_text("kept")
+    bitepoint("export", "c", "none", "--out", str(tmp_path / "file")).refusal("is a file")
+    bitepoint("export", "c", "none", "--out", str(tmp_path / "file" / "under")).refusal("cannot be written")
+    assert names_in(tmp_path) == ["file", "out"]
+
+
+def test_a_missing_compiler_is_one_line(bitepoint: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.delenv("CC", raising=False)
+    host.compiler.cache_clear()
+    try:
+        bitepoint("export", "c", "none", "--out", str(tmp_path / "out")).refusal("C compiler", "install one")
+    finally:
+        host.compiler.cache_clear()
+    assert names_in(tmp_path) == []
+
+
+def test_what_is_not_measured_is_null(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    bare = tmp_path / "bin"
+    bare.mkdir()
+    for program in ("gcc", "as", "ld", "cc1"):
+        path = shutil.which(program)
+        if path is not None:
+            (bare / program).symlink_to(path)
+    monkeypatch.setenv("PATH", str(bare))
+    host.compiler.cache_clear()
+    try:
+        export_c(Options("none"), tmp_path / "out")
+    finally:
+        host.compiler.cache_clear()
+    found = report(tmp_path / "out")
+    assert [found[key] for key in ("code_bytes", "stack_bytes", "instructions_worst", "misra", "coverage")] == [
+        None
+    ] * 5
+    assert found["targets"] == []
+    assert found["data_bytes"] > 0
+    text = (tmp_path / "out" / "REPORT.md").read_text()
+    assert "gcc-arm-none-eabi" in text
+
+
+def test_too_large_for_an_ecu_is_refused(refused: Refused, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bitepoint.export.c.package.MOST_BYTES", 500)
+    refused(lambda: export_c(Options("launch_pid"), tmp_path / "out"), "launch_pid", "bytes", "at most 500")
+    assert not (tmp_path / "out").exists()
