@@ -4,7 +4,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test check lint docs benchmark slow warmup clean
+PIL_PROGRAMS := arm-none-eabi-gcc qemu-system-arm cppcheck
+
+.PHONY: demo test check lint docs benchmark slow pil warmup clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Bitepoint needs Python 3.11 or newer; run make PYTHON=/path/to/python3.11")'
@@ -31,6 +33,11 @@ docs: $(STAMP)
 	$(BIN)/mkdocs build --strict --site-dir site
 
 check: lint test docs
+
+pil: $(STAMP)
+	@for program in $(PIL_PROGRAMS); do command -v $$program > /dev/null || \
+	    { echo "make pil needs $$program: apt-get install $$(tr '\n' ' ' < .ci/packages)" >&2; exit 1; }; done
+	$(BIN)/python -m pytest -m pil
 
 slow: $(STAMP)
 	$(BIN)/python -m pytest -m slow

@@ -4,7 +4,7 @@ A line that holds only one of these is replaced when the site is built:
 
     {{ record bitepoint.parts.engine.Engine }}   fields of a record
     {{ signals }}     signals that parts are wired by
-    {{ cli run }}     arguments and options of a verb of the command line
+    {{ cli run }}     arguments and options of a verb of the command line; {{ cli export.c }} of a verb's own verb
     {{ rooms }}       order of the rooms, as the import linter holds it
     {{ maths }}       functions of `math` that kernels may call
     {{ launches }}    published launches beside those of the shipped calibrations
@@ -58,8 +58,10 @@ def cli(verb: str) -> str:
     """Return the table of the arguments and options of a verb of the command line."""
     from bitepoint.cli import app
 
-    group: Any = typer.main.get_command(app)
-    rows = [[_spelling(parameter), parameter.help or ""] for parameter in group.commands[verb].params]
+    command: Any = typer.main.get_command(app)
+    for name in verb.split("."):
+        command = command.commands[name]
+    rows = [[_spelling(parameter), parameter.help or ""] for parameter in command.params]
     return table(["argument or option", "meaning"], rows)
 
 

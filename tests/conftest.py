@@ -32,7 +32,12 @@ def needs(*programs: str, packages: str) -> pytest.MarkDecorator:
 
 
 needs_c = needs("gcc", packages="gcc")
-needs_target = needs("make", "arm-none-eabi-gcc", "qemu-system-arm", packages=toolchain.PACKAGES)
+
+
+def needs_target(test: Any) -> Any:
+    """Mark a test as processor in the loop; it is skipped where the tool chain is missing."""
+    return pytest.mark.pil(needs("make", toolchain.CROSS, toolchain.EMULATOR, packages=toolchain.PACKAGES)(test))
+
 
 OTHER_LIVES = [pytest.param("interpreted"), pytest.param("c", marks=needs_c)]
 """The lives that are held to the compiled one."""

@@ -12,10 +12,11 @@ from typing import Any
 import pytest
 
 from bitepoint.assembly import CONTROLLERS, PLANTS
-from bitepoint.export.c import Options, export_c, toolchain
+from bitepoint.export.c import export_c
+from bitepoint.export.subject import Options
 from bitepoint.kernels.c99 import host
 from bitepoint.kernels.c99.host import FLAGS, STRICT
-from tests.conftest import Command, Refused, names_in, needs, needs_c
+from tests.conftest import Command, Refused, names_in, needs, needs_c, needs_target
 
 pytestmark = needs_c
 
@@ -161,7 +162,7 @@ def test_misra_findings_are_explained(exported: Exported, name: str, precision: 
         assert f"| {rule} | {count} |" in text
 
 
-@pytest.mark.skipif(bool(toolchain.missing()), reason=f"no tool chain: install Debian's {toolchain.PACKAGES}")
+@needs_target
 @each_case
 def test_processor_in_the_loop_answers_to_the_bit_within_its_budget(
     exported: Exported, name: str, precision: str
@@ -178,7 +179,14 @@ def test_processor_in_the_loop_answers_to_the_bit_within_its_budget(
             assert run["stack_measured"] <= found["stack_bytes"] + 64  # the call itself, and the paint's edge
 
 
-@pytest.mark.skipif(bool(toolchain.missing()), reason=f"no tool chain: install Debian's {toolchain.PACKAGES}")
+@needs_target
+def test_double_precision_in_software_gives_the_same_bits(exported: Exported, tmp_path: Path) -> None:
+    done = make(copy(exported, tmp_path), "target", "CPU=cortex-m4")
+    assert done.returncode == 0, done.stderr
+    assert "\ndifferences=0\n" in done.stderr
+
+
+@needs_target
 def test_instructions_are_the_same_in_every_run(exported: Exported, tmp_path: Path) -> None:
     out = copy(exported, tmp_path, precision="float32")
     runs = [make(out, "target").stderr for _ in range(2)]
@@ -186,7 +194,7 @@ def test_instructions_are_the_same_in_every_run(exported: Exported, tmp_path: Pa
     assert f"instructions_worst={report(out)['instructions_worst']}\n" in runs[0]
 
 
-@pytest.mark.skipif(bool(toolchain.missing()), reason=f"no tool chain: install Debian's {toolchain.PACKAGES}")
+@needs_target
 def test_processor_in_the_loop_sees_a_difference(exported: Exported, tmp_path: Path) -> None:
     out = copy(exported, tmp_path, precision="float32")
     source = out / "launch_pid.c"
@@ -199,9 +207,8 @@ def test_processor_in_the_loop_sees_a_difference(exported: Exported, tmp_path: P
 
 @pytest.mark.parametrize("name", PLANTS)
 def test_plants_export_too(exported: Exported, name: str, tmp_path: Path) -> None:
-    out = exported(name, "float64")
-    found = report(out)
-    assert make(copy(exported, tmp_path, name), "test").returncode == 0
+    found = report(exported(name, "float32"))
+    assert make(copy(exported, tmp_path, name, "float32"), "test").returncode == 0
     assert [run["differences"] for run in found["targets"]] == [0] * len(found["targets"])
     assert found["coverage"] is None or found["coverage"]["lines_reached"] >= 0.99 * found["coverage"]["lines"]
 

@@ -36,7 +36,8 @@ def export_c(
     """Write C99 with calibration, builds, self-test, bare-metal image and report."""
     from rich.console import Console
 
-    from bitepoint.export.c import Options, export_c
+    from bitepoint.export.c import export_c
+    from bitepoint.export.subject import Options
 
     console = Console(stderr=True)
     with console.status("exporting") as status:

@@ -1,5 +1,5 @@
 """A controller or a plant as a folder of C99: sources, calibration, builds, self-test, bare-metal image, report."""
 
-from bitepoint.export.c.package import Options, export_c
+from bitepoint.export.c.package import export_c
 
-__all__ = ["Options", "export_c"]
+__all__ = ["export_c"]

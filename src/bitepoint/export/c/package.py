@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from bitepoint.assembly import CONTROLLERS, PLANTS, Assembly, assemble
 from bitepoint.errors import InputError
 from bitepoint.export.c import toolchain, vectors
 from bitepoint.export.c.coverage import choose
@@ -21,13 +20,11 @@ from bitepoint.export.c.driving import Sequence as Inputs
 from bitepoint.export.c.report import Difference, Findings
 from bitepoint.export.c.sources import Sources
 from bitepoint.export.c.templates import filled
+from bitepoint.export.subject import Options, Subject, find_subject
 from bitepoint.kernels.c99 import FLOAT32, PRECISIONS, Precision
 from bitepoint.kernels.c99.host import compiler
-from bitepoint.recording import Recording
-from bitepoint.scenarios import load_scenario, scenario_names
 from bitepoint.simulation.run import Simulation
-from bitepoint.simulation.system import Part
-from bitepoint.vehicles import load_vehicle
+from bitepoint.simulation.system import Imperfections, Part
 
 MOST_BYTES = 1_000_000
 """Most bytes that the records of one part may take on an ECU."""
@@ -37,32 +34,6 @@ RECORDED_ROWS = 300
 
 Step = Callable[[str], None]
 """Told what is being done."""
-
-
-@dataclass(frozen=True)
-class Options:
-    """What is exported.
-
-    Attributes:
-        name: of a controller or a plant.
-        settings: as `bitepoint run --set` takes them.
-        precision: "float64" or "float32".
-    """
-
-    name: str
-    vehicle: str | None = None
-    settings: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    precision: str = "float64"
-
-
-@dataclass(frozen=True)
-class Subject:
-    """A part as it stands in its scenarios, with what it met there."""
-
-    part: Part
-    meaning: str
-    origin: str
-    recorded: Sequence[Inputs]
 
 
 def export_c(options: Options, out: Path, step: Step = lambda _: None) -> Findings:
@@ -75,23 +46,26 @@ def export_c(options: Options, out: Path, step: Step = lambda _: None) -> Findin
     """
     refuse_folder(out)
     compiler()
-    found = subject(options)
+    found = find_subject(options)
+    _refuse_large(found.part)
     sources = Sources(found.part, _precision(options.precision), found.meaning, found.origin)
     _ = sources.translation
     with tempfile.TemporaryDirectory(prefix="bitepoint-export-") as work:
         folder = Path(work) / "export"
-        findings = _write(sources, found.recorded, folder, Path(work), step)
+        findings = _write(sources, list(_recorded(found)), folder, Path(work), step)
         _keep(folder, out)
     return findings
 
 
 def refuse_folder(out: Path) -> None:
     """Raise InputError where `out` is there and is no empty folder."""
-    if out.is_dir() and not any(out.iterdir()):
+    ancestor = next(folder for folder in (out, *out.absolute().parents) if folder.exists())
+    if (not ancestor.is_dir() and ancestor != out) or not os.access(ancestor, os.W_OK):
+        raise InputError(str(out), f"cannot be written: {ancestor} is no folder for that", "choose another folder")
+    if not out.exists() or (out.is_dir() and not any(out.iterdir())):
         return
-    if out.exists() or out.is_symlink():
-        what = "a folder that is not empty" if out.is_dir() else "a file"
-        raise InputError(str(out), f"is {what}", "name a folder that is new or empty")
+    what = "a folder that is not empty" if out.is_dir() else "a file"
+    raise InputError(str(out), f"is {what}", "name a folder that is new or empty")
 
 
 def _precision(name: str) -> Precision:
@@ -100,45 +74,13 @@ def _precision(name: str) -> Precision:
     return PRECISIONS[name]
 
 
-def subject(options: Options) -> Subject:
-    """Return the part that the options name, with its recorded runs in every library scenario that it fits."""
-    controllers, plants = CONTROLLERS.get(options.name), PLANTS.get(options.name)
-    if controllers is None and plants is None:
-        raise InputError("export", f"got {options.name}", f"expected one of {', '.join([*CONTROLLERS, *PLANTS])}")
-    fitting = (options.name,) if controllers is None else controllers.plants
-    if options.vehicle is not None:
-        fitting = tuple({load_vehicle(options.vehicle).plant} & set(fitting)) or fitting
-    settings = dict(options.settings)
-    if options.vehicle is not None:
-        settings["vehicle"] = options.vehicle
-    if controllers is not None:
-        settings["controller"] = options.name
-    runs = list(_runs(fitting, settings))
-    if not runs:
-        raise InputError("export", f"no library scenario has a plant of {options.name}", "add one to scenarios/")
-    first = runs[0][0]
-    part = first.system.plant if controllers is None else first.system.controllers[0]
-    _refuse_large(part)
-    recorded = [vectors.recorded(part, recording, name, RECORDED_ROWS) for _, name, recording in runs]
-    changes = ", ".join(f"{key}={value}" for key, value in options.settings.items())
-    origin = f"vehicle {first.vehicle.name}" + (f", {changes}" if changes else "")
-    meaning = f"plant {options.name}" if controllers is None else controllers.meaning
-    return Subject(part, meaning, origin, recorded)
-
-
-def _runs(plants: Sequence[str], settings: Mapping[str, Any]) -> Iterator[tuple[Assembly, str, Recording]]:
-    """Yield each library scenario with a fitting plant, in each of its intents, and its recording."""
-    for name in scenario_names():
-        scenario = load_scenario(name)
-        if scenario.plant not in plants:
-            continue
-        fixed = {"intent", "pedal"} & set(settings)
-        for intent in [None] if fixed else [scenario.intent, *(i for i in scenario.intents if i != scenario.intent)]:
-            assembly = assemble(name, settings if intent is None else {**settings, "intent": intent})
-            ideal = replace(assembly.system, imperfections=type(assembly.system.imperfections)())
-            recording = Simulation(ideal).run(lambda _: None)[0].recording
-            assert recording is not None
-            yield assembly, f"{name}, {intent or 'as set'}", recording
+def _recorded(found: Subject) -> Iterator[Inputs]:
+    """Yield what the part met in each of its loops, run without lag, delay and noise."""
+    for name, assembly in found.loops:
+        ideal = replace(assembly.system, imperfections=Imperfections())
+        recording = Simulation(ideal).run(lambda _: None)[0].recording
+        assert recording is not None
+        yield vectors.recorded(found.part, recording, name, RECORDED_ROWS)
 
 
 def _refuse_large(part: Part) -> None:
@@ -164,7 +106,7 @@ def _write(sources: Sources, recorded: Sequence[Inputs], folder: Path, work: Pat
         variants.insert(0, (small, work / "small"))
         _lay_down(small, sequences, vectors.answers(small, sequences), work / "small")
     step("measuring on the target")
-    tried = [(variant, path, cpu) for variant, path in variants for cpu in toolchain.CPUS]
+    tried = [(v, path, cpu) for v, path in variants for cpu in toolchain.PROCESSORS[v.precision.name]]
     runs = [toolchain.run_target(v, path, _folder(work, f"{cpu}-{v.precision.name}"), cpu) for v, path, cpu in tried]
     step("checking rules and coverage")
     findings = Findings(

@@ -19,6 +19,9 @@ EMULATOR = "qemu-system-arm"
 CPUS = {"cortex-m7": "fpv5-d16", "cortex-m4": "fpv4-sp-d16"}
 """Processors that the exported Makefile knows, with their floating-point units."""
 
+PROCESSORS = {"float64": ("cortex-m7",), "float32": ("cortex-m7", "cortex-m4")}
+"""Where the self-test of each precision is run: a Cortex-M4 has no unit for double precision."""
+
 PACKAGES = "gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm cppcheck"
 """What Debian calls the packages that these measurements need."""
 

@@ -1,0 +1,82 @@
+"""What is exported: a controller or a plant, as the scenarios of the library put it together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from bitepoint.assembly import CONTROLLERS, PLANTS, Assembly, assemble
+from bitepoint.errors import InputError
+from bitepoint.scenarios import load_scenario, scenario_names
+from bitepoint.simulation.system import Part
+from bitepoint.vehicles import load_vehicle
+
+
+@dataclass(frozen=True)
+class Options:
+    """What is asked for.
+
+    Attributes:
+        name: of a controller or a plant.
+        vehicle: library vehicle or vehicle file that it is designed for; None: the scenario's own.
+        settings: as `bitepoint run --set` takes them.
+        precision: "float64" or "float32".
+    """
+
+    name: str
+    vehicle: str | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    precision: str = "float64"
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A part with what it does, what its parameters were designed from, and every loop that it stands in, by name."""
+
+    part: Part
+    meaning: str
+    origin: str
+    loops: Sequence[tuple[str, Assembly]]
+
+
+def find_subject(options: Options) -> Subject:
+    """Return the part that the options name, with its loops in every library scenario that it fits.
+
+    Raises:
+        InputError: an unknown controller or plant, vehicle or setting.
+    """
+    controller, plant = CONTROLLERS.get(options.name), PLANTS.get(options.name)
+    if controller is None and plant is None:
+        raise InputError("export", f"got {options.name}", f"expected one of {', '.join([*CONTROLLERS, *PLANTS])}")
+    settings = dict(options.settings)
+    if controller is not None:
+        settings["controller"] = options.name
+    fitting = (options.name,) if controller is None else controller.plants
+    if options.vehicle is not None:
+        settings["vehicle"] = options.vehicle
+        kind = load_vehicle(options.vehicle).plant
+        if kind not in fitting:
+            mend = f"expected one for {options.name}: plant {' or '.join(fitting)}"
+            raise InputError(options.vehicle, f"is a vehicle with plant {kind}", mend)
+        fitting = (kind,)
+    loops = list(_loops(fitting, settings))
+    first = loops[0][1]
+    changes = ", ".join(f"{key}={value}" for key, value in options.settings.items())
+    origin = f"vehicle {first.vehicle.name}" + (f", {changes}" if changes else "")
+    if controller is None:
+        return Subject(first.system.plant, f"plant {options.name}", origin, loops)
+    return Subject(first.system.controllers[0], controller.meaning, origin, loops)
+
+
+def _loops(plants: Sequence[str], settings: Mapping[str, Any]) -> Iterator[tuple[str, Assembly]]:
+    """Yield each library scenario with a fitting plant, in each of its intents, the scenario's own first."""
+    for name in scenario_names():
+        scenario = load_scenario(name)
+        if scenario.plant not in plants:
+            continue
+        if {"intent", "pedal"} & set(settings):
+            yield f"{name} as set", assemble(name, settings)
+        else:
+            for intent in dict.fromkeys([scenario.intent, *scenario.intents]):
+                yield f"{name}, {intent}", assemble(name, {**settings, "intent": intent})
