@@ -52,7 +52,7 @@ def export_c(options: Options, out: Path, step: Step = lambda _: None) -> Findin
     _ = sources.translation
     with tempfile.TemporaryDirectory(prefix="bitepoint-export-") as work:
         folder = Path(work) / "export"
-        findings = _write(sources, list(_recorded(found)), folder, Path(work), step)
+        findings = _write(sources, list(record(found)), folder, Path(work), step)
         _keep(folder, out)
     return findings
 
@@ -74,13 +74,13 @@ def _precision(name: str) -> Precision:
     return PRECISIONS[name]
 
 
-def _recorded(found: Subject) -> Iterator[Inputs]:
-    """Yield what the part met in each of its loops, run without lag, delay and noise."""
+def record(found: Subject, rows: int = RECORDED_ROWS) -> Iterator[Inputs]:
+    """Yield what the part met in each of its loops, run without lag, delay and noise: at most `rows` of each."""
     for name, assembly in found.loops:
         ideal = replace(assembly.system, imperfections=Imperfections())
         recording = Simulation(ideal).run(lambda _: None)[0].recording
         assert recording is not None
-        yield vectors.recorded(found.part, recording, name, RECORDED_ROWS)
+        yield vectors.recorded(found.part, recording, name, rows)
 
 
 def _refuse_large(part: Part) -> None:
