@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from bitepoint.errors import SubsetError
-from bitepoint.kernels import Kernel
+from bitepoint.kernels import Kernel, kernel
 from bitepoint.kernels.subset import check
 from tests.kernels import subset_examples
 
@@ -37,6 +37,35 @@ def test_allows_the_subset() -> None:
     assert found.result.kind == "float"
     assert found.written == {"e"}
     assert check(subset_examples.reads_example).written == set()
+
+
+@kernel
+def counters(e: subset_examples.Example) -> int:
+    """Counters in locals: one bounded above, one that runs both ways, and their sum."""
+    up = 0
+    both = 0
+    total = 0
+    for i in range(4):
+        up = min(up + 1, 3)
+        both = max(min(both + (1 if e.x > 0.0 else -1), 2), -2)
+        total = max(min(total + up * both, 1000), -1000)
+        e.table[up] = e.x
+    e.mode = up
+    return both + max(total, -5) + i_of(up)
+
+
+@kernel
+def i_of(k: int) -> int:
+    """Return k in 0..3."""
+    return max(min(k, 3), 0)
+
+
+def test_counters_in_locals_are_bounded_by_min_and_max() -> None:
+    found = check(counters)
+    assert (found.locals["up"].low, found.locals["up"].high) == (0, 3)
+    assert (found.locals["both"].low, found.locals["both"].high) == (-2, 2)
+    lives = ("compiled", "interpreted")
+    assert len({int(counters.run(subset_examples.Example.zeros(), life=life)[0]) for life in lives}) == 1
 
 
 def test_check_comes_before_any_life() -> None:

@@ -12,6 +12,7 @@ integer stored in a record lies in its declared range, every local has a value b
 from __future__ import annotations
 
 import ast
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -21,7 +22,7 @@ from bitepoint.kernels.expressions import Expressions
 from bitepoint.kernels.interpreted import SHIMS
 from bitepoint.kernels.kernel import Kernel, closure
 from bitepoint.kernels.source import Source, loaded
-from bitepoint.kernels.values import Value, integer, union
+from bitepoint.kernels.values import Value, integer, union, widened
 
 MOST_PASSES = 4
 
@@ -65,6 +66,7 @@ class _Checker:
         self.kernel = kernel
         self.source: Source = kernel.source
         self.locals: dict[str, Value] = {}
+        self.known: dict[str, Value] | None = None
         self.assigned: set[str] = set()
         self.loop_variables: set[str] = set()
         self.loop_names: set[str] = set()
@@ -79,18 +81,29 @@ class _Checker:
     def run(self) -> Checked:
         """Check, and return what was found."""
         self._check_signature()
-        for turn in range(MOST_PASSES):
+        for turn in itertools.count():
             before = dict(self.locals)
-            if turn == MOST_PASSES - 1:  # an integer that keeps growing: it may be anything
-                self.locals = {name: integer() if v.kind == "int" else v for name, v in before.items()}
-            self.assigned = set()
-            self._body(self.source.node.body[self._docstring() :], top=True)
+            self._pass()
             if self.locals == before:
                 break
+            if turn >= MOST_PASSES:  # a bound that keeps moving may be anywhere: each one moves once more, for good
+                self.locals = {name: widened(before.get(name, value), value) for name, value in self.locals.items()}
+        self._narrow()
         self.final = self.expressions.final = True
+        self._pass()
+        return Checked(self.locals, self.result, frozenset(self.expressions.written))
+
+    def _pass(self) -> None:
+        """Walk all statements; intervals of locals only grow."""
         self.assigned = set()
         self._body(self.source.node.body[self._docstring() :], top=True)
-        return Checked(self.locals, self.result, frozenset(self.expressions.written))
+
+    def _narrow(self) -> None:
+        """Take what the assignments say of widened intervals: min and max inside them bound a counter again."""
+        self.known = self.locals
+        self.locals = {}
+        self._pass()
+        self.known = None
 
     def _docstring(self) -> int:
         first = self.source.node.body[0]
@@ -111,12 +124,12 @@ class _Checker:
         """Return the value of a parameter or a local, or None for a global name."""
         if node.id in self.parameters:
             return self.parameters[node.id]
-        if node.id not in self.locals and node.id not in self._all_locals:
+        if node.id not in self._all_locals:
             return None
         if node.id not in self.assigned:
             problem = f"{node.id} may have no value here"
             raise self.source.fail(node, problem, "give it one before the branch or the loop")
-        return self.locals[node.id]
+        return (self.known or self.locals)[node.id]
 
     @property
     def _all_locals(self) -> set[str]:

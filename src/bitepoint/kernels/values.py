@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from bitepoint.records import Field, Record
@@ -69,16 +70,34 @@ def union(a: Value, b: Value) -> Value:
     return replace(a, low=min(a.low, b.low), high=max(a.high, b.high)) if a.kind == "int" else a
 
 
+def widened(before: Value, after: Value) -> Value:
+    """Return `after` with every bound that has moved since `before` as far away as can be."""
+    if after.kind != "int" or before == after:
+        return after
+    low = after.low if after.low == before.low else UNKNOWN_LOW
+    return replace(after, low=low, high=after.high if after.high == before.high else UNKNOWN_HIGH)
+
+
 def arithmetic(operator: str, a: Value, b: Value) -> Value:
-    """Return the integer a + b, a - b or a * b."""
-    if not (a.known and b.known):
-        return integer()
+    """Return the integer a + b, a - b or a * b; an unknown bound is an infinite one."""
+    low, high, other_low, other_high = _ends(a) + _ends(b)
     if operator == "Add":
-        return integer(a.low + b.low, a.high + b.high)
-    if operator == "Sub":
-        return integer(a.low - b.high, a.high - b.low)
-    corners = [x * y for x in (a.low, a.high) for y in (b.low, b.high)]
-    return integer(min(corners), max(corners))
+        corners = [low + other_low, high + other_high]
+    elif operator == "Sub":
+        corners = [low - other_high, high - other_low]
+    else:
+        corners = [x * y if x and y else 0 for x in (low, high) for y in (other_low, other_high)]
+    least, most = min(corners), max(corners)
+    return Value(
+        "int",
+        UNKNOWN_LOW if least <= UNKNOWN_LOW else int(least),
+        UNKNOWN_HIGH if most >= UNKNOWN_HIGH else int(most),
+    )
+
+
+def _ends(value: Value) -> tuple[float, float]:
+    low = -math.inf if value.low == UNKNOWN_LOW else value.low
+    return low, math.inf if value.high == UNKNOWN_HIGH else value.high
 
 
 def limited(function: str, a: Value, b: Value) -> Value:
