@@ -45,7 +45,7 @@ def counters(e: subset_examples.Example) -> int:
     up = 0
     both = 0
     total = 0
-    for i in range(4):
+    for _i in range(4):
         up = min(up + 1, 3)
         both = max(min(both + (1 if e.x > 0.0 else -1), 2), -2)
         total = max(min(total + up * both, 1000), -1000)
