@@ -53,3 +53,22 @@ def export_c(
         value = "not measured: no tool chain" if report[key] is None else f"{report[key]} {unit}"
         typer.echo(f"  {key:<20} {value}")
     typer.echo(f"wrote {out}; see {out / 'REPORT.md'}")
+
+
+@app.command("a2l")
+def export_a2l(
+    name: Name,
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="File to write.")],
+    elf: Annotated[
+        Path | None, typer.Option("--elf", metavar="FILE", help="Linked program that the addresses are taken from.")
+    ] = None,
+    vehicle: Vehicle = None,
+    settings: Settings = None,
+    precision: Floats = "float64",
+) -> None:
+    """Write an ASAP2 description for measurement and calibration tools."""
+    from bitepoint.export.a2l_file import write_a2l
+    from bitepoint.export.subject import Options
+
+    write_a2l(Options(name, vehicle, read_settings(settings or []), precision), out, elf)
+    typer.echo(f"wrote {out}" + ("" if elf is not None else "; without --elf all addresses in it are 0"))

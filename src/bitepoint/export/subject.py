@@ -8,6 +8,7 @@ from typing import Any
 
 from bitepoint.assembly import CONTROLLERS, PLANTS, Assembly, assemble
 from bitepoint.errors import InputError
+from bitepoint.kernels.c99 import PRECISIONS, Precision
 from bitepoint.scenarios import load_scenario, scenario_names
 from bitepoint.simulation.system import Part
 from bitepoint.vehicles import load_vehicle
@@ -38,6 +39,17 @@ class Subject:
     meaning: str
     origin: str
     loops: Sequence[tuple[str, Assembly]]
+
+
+def chosen_precision(options: Options) -> Precision:
+    """Return the precision that the options name.
+
+    Raises:
+        InputError: there is none of that name.
+    """
+    if options.precision not in PRECISIONS:
+        raise InputError("--precision", f"got {options.precision}", f"expected one of {', '.join(PRECISIONS)}")
+    return PRECISIONS[options.precision]
 
 
 def find_subject(options: Options) -> Subject:

@@ -20,8 +20,8 @@ from bitepoint.export.c.driving import Sequence as Inputs
 from bitepoint.export.c.report import Difference, Findings
 from bitepoint.export.c.sources import Sources
 from bitepoint.export.c.templates import filled
-from bitepoint.export.subject import Options, Subject, find_subject
-from bitepoint.kernels.c99 import FLOAT32, PRECISIONS, Precision
+from bitepoint.export.subject import Options, Subject, chosen_precision, find_subject
+from bitepoint.kernels.c99 import FLOAT32
 from bitepoint.kernels.c99.host import compiler
 from bitepoint.simulation.run import Simulation
 from bitepoint.simulation.system import Imperfections, Part
@@ -48,7 +48,7 @@ def export_c(options: Options, out: Path, step: Step = lambda _: None) -> Findin
     compiler()
     found = find_subject(options)
     _refuse_large(found.part)
-    sources = Sources(found.part, _precision(options.precision), found.meaning, found.origin)
+    sources = Sources(found.part, chosen_precision(options), found.meaning, found.origin)
     _ = sources.translation
     with tempfile.TemporaryDirectory(prefix="bitepoint-export-") as work:
         folder = Path(work) / "export"
@@ -66,12 +66,6 @@ def refuse_folder(out: Path) -> None:
         return
     what = "a folder that is not empty" if out.is_dir() else "a file"
     raise InputError(str(out), f"is {what}", "name a folder that is new or empty")
-
-
-def _precision(name: str) -> Precision:
-    if name not in PRECISIONS:
-        raise InputError("--precision", f"got {name}", f"expected one of {', '.join(PRECISIONS)}")
-    return PRECISIONS[name]
 
 
 def record(found: Subject, rows: int = RECORDED_ROWS) -> Iterator[Inputs]:

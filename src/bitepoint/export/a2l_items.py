@@ -1,0 +1,159 @@
+"""CHARACTERISTIC and MEASUREMENT blocks, and the COMPU_METHOD and RECORD_LAYOUT blocks that they refer to."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bitepoint.export.a2l_syntax import block, display_format, identifier, number, quoted
+from bitepoint.export.a2l_variables import Variable
+from bitepoint.kernels.c99 import Precision
+from bitepoint.records import CURVE_POINTS, Axis, Field
+from bitepoint.units import display
+
+_STATE = re.compile(r"(-?\d+) (\D.*)")
+
+
+def states(declared: Field) -> dict[int, str]:
+    """Return the states that the meaning of an integer names, as in "0 waiting, 1 slipping"; {} where it names none.
+
+    They count as names only where they are exactly the integers of its range, in order.
+    """
+    matches = [_STATE.fullmatch(text) for text in declared.meaning.split(", ")]
+    found = {int(match.group(1)): match.group(2) for match in matches if match is not None}
+    whole = declared.kind == "int" and len(found) == len(matches) > 1
+    return found if whole and list(found) == list(range(int(declared.low), int(declared.high) + 1)) else {}
+
+
+@dataclass
+class Items:
+    """The blocks of one module, as they are made.
+
+    Attributes:
+        addresses: where each variable of C lies.
+        inputs: variables that a curve can be over, by name and unit of the signal.
+        conversions, layouts: the COMPU_METHOD and COMPU_VTAB, and the RECORD_LAYOUT blocks in use, by their name.
+    """
+
+    precision: Precision
+    addresses: Mapping[str, int]
+    inputs: Mapping[tuple[str, str], str]
+    conversions: dict[str, list[str]] = field(default_factory=dict[str, list[str]])
+    layouts: dict[str, list[str]] = field(default_factory=dict[str, list[str]])
+    _units: dict[str, str] = field(default_factory=dict[str, str])
+
+    def characteristic(self, variable: Variable) -> Iterator[str]:
+        """Yield the block of a number to be calibrated: VALUE, VAL_BLK, or CURVE over an axis of its own."""
+        declared = variable.field
+        if declared.kind == "curve":
+            x, y = (_axis_field(axis) for axis in declared.axes)
+            kind, layout, value = "CURVE", self._curve_layout(), y
+            extra = [*self._axis_description(declared.axes[0], x)]
+        else:
+            kind, layout, value = "VAL_BLK" if declared.shape else "VALUE", self._value_layout(declared), declared
+            extra = _matrix(declared)
+        low, high = self._limits(value)
+        head = f"{variable.name} {quoted(declared.meaning)} {kind} {self._address(variable)}"
+        head = f"{head} {layout} 0 {self._conversion(variable, value)} {number(low)} {number(high)}"
+        yield from block("CHARACTERISTIC", head, [*_common(variable, value, low, high), *extra])
+
+    def measurement(self, variable: Variable) -> Iterator[str]:
+        """Yield the block of a number, or an array of numbers, to be measured."""
+        declared = variable.field
+        low, high = self._limits(declared)
+        head = (
+            f"{variable.name} {quoted(declared.meaning)} {self._type(declared)} {self._conversion(variable, declared)}"
+        )
+        address = f"ECU_ADDRESS {self._address(variable)}"
+        layout = ["LAYOUT ROW_DIR"] if len(declared.shape) > 1 else []
+        body = [address, *_common(variable, declared, low, high), *layout, *_matrix(declared)]
+        yield from block("MEASUREMENT", f"{head} 0 0 {number(low)} {number(high)}", body)
+
+    def referred(self) -> Iterator[str]:
+        """Yield the conversions and record layouts that the blocks made so far refer to."""
+        for lines in self.conversions.values():
+            yield from lines
+        for name, lines in self.layouts.items():
+            yield from block("RECORD_LAYOUT", name, lines)
+
+    def _address(self, variable: Variable) -> str:
+        base = self.addresses.get(variable.symbol)
+        return "0x0" if base is None else f"0x{base + variable.offset:X}"
+
+    def _type(self, declared: Field) -> str:
+        reals, integers = {4: ("FLOAT32_IEEE", "SLONG"), 8: ("FLOAT64_IEEE", "A_INT64")}[self.precision.size]
+        return integers if declared.kind == "int" else reals
+
+    def _limits(self, declared: Field) -> tuple[float, float]:
+        """Return the range of a field, within what the precision can hold."""
+        if declared.kind == "int":
+            whole = np.iinfo(self.precision.integer_dtype)
+            return max(declared.low, int(whole.min)), min(declared.high, int(whole.max))
+        largest = self.precision.largest
+        return max(declared.low, -largest), min(declared.high, largest)
+
+    def _conversion(self, variable: Variable, value: Field) -> str:
+        """Return the name of the conversion of a value: of its states where it has such, or else of its unit."""
+        named = states(value)
+        if named:
+            return self._table(f"{variable.name}.states", named)
+        if value.unit not in self._units:
+            plain = f"unit_{identifier(value.unit)}"
+            candidates = (plain, *(f"{plain}_{again}" for again in range(2, 1000)))
+            name = next(candidate for candidate in candidates if candidate not in self.conversions)
+            self._units[value.unit] = name
+            head = f"{name} {quoted('')} IDENTICAL {quoted('%15.6')} {quoted(display(value.unit))}"
+            self.conversions[name] = list(block("COMPU_METHOD", head))
+        return self._units[value.unit]
+
+    def _table(self, name: str, named: Mapping[int, str]) -> str:
+        pairs = [f"{state} {quoted(text)}" for state, text in named.items()]
+        method = f"{name} {quoted('')} TAB_VERB {quoted('%4.0')} {quoted('')}"
+        table = block("COMPU_VTAB", f"{name} {quoted('')} TAB_VERB {len(pairs)}", pairs)
+        self.conversions[name] = [*block("COMPU_METHOD", method, [f"COMPU_TAB_REF {name}"]), *table]
+        return name
+
+    def _value_layout(self, declared: Field) -> str:
+        kind = self._type(declared)
+        self.layouts[f"value_{kind}"] = [f"FNC_VALUES 1 {kind} ROW_DIR DIRECT"]
+        return f"value_{kind}"
+
+    def _curve_layout(self) -> str:
+        """Return the name of the layout of `records.Curve`; static: x and y stay, however many the points."""
+        points, real = self._type(Field("", "int", "")), self._type(Field("", "float", ""))
+        self.layouts[f"curve_{real}"] = [
+            f"NO_AXIS_PTS_X 1 {points}",
+            f"AXIS_PTS_X 2 {real} INDEX_INCR DIRECT",
+            f"FNC_VALUES 3 {real} ROW_DIR DIRECT",
+            "STATIC_RECORD_LAYOUT",
+        ]
+        return f"curve_{real}"
+
+    def _axis_description(self, axis: Axis, x: Field) -> Iterator[str]:
+        low, high = self._limits(x)
+        quantity = self.inputs.get((axis.name, axis.unit), "NO_INPUT_QUANTITY")
+        conversion = self._conversion(Variable("", "", 0, x), x)
+        head = f"STD_AXIS {quantity} {conversion} {CURVE_POINTS} {number(low)} {number(high)}"
+        body = ["MONOTONY STRICT_INCREASE", f"FORMAT {display_format(low, high, whole=False)}"]
+        yield from block("AXIS_DESCR", head, body)
+
+
+def _axis_field(axis: Axis) -> Field:
+    return Field(axis.name, "float", "", axis.unit, axis.low, axis.high)
+
+
+def _common(variable: Variable, value: Field, low: float, high: float) -> Iterator[str]:
+    yield f"FORMAT {display_format(low, high, whole=value.kind == 'int')}"
+    yield f"SYMBOL_LINK {quoted(variable.symbol)} {variable.offset}"
+
+
+def _matrix(declared: Field) -> list[str]:
+    """Return the dimensions of an array, x first.
+
+    In the order ROW_DIR x runs fastest, so that x is the last dimension of C: `float a[rows][columns]` has the
+    dimensions `columns rows`, and a tool shows it as C writes it.
+    """
+    return [f"MATRIX_DIM {' '.join(str(size) for size in reversed(declared.shape))}"] if declared.shape else []
