@@ -1,4 +1,4 @@
-"""`bitepoint export a2l`: the file for a tool, from the names on the command line to the addresses of a real program."""
+"""`bitepoint export a2l`: from the names on the command line to the addresses of a real program."""
 
 from __future__ import annotations
 

@@ -91,14 +91,14 @@ def _write(sources: Sources, recorded: Sequence[Inputs], folder: Path, work: Pat
     sequences = choose(sources, fixed, vectors.random(sources.part, recorded), _folder(work, "probe"))
     expected = vectors.answers(sources, sequences)
     _hold(sources, sequences, expected)
-    _lay_down(sources, sequences, expected, folder)
+    lay_down(sources, sequences, expected, folder)
     step("running the self-test")
     toolchain.run_host(folder, _folder(work, "host"))
     small = replace(sources, precision=FLOAT32)
     variants = [(sources, folder)]
     if sources.precision is not FLOAT32:
         variants.insert(0, (small, work / "small"))
-        _lay_down(small, sequences, vectors.answers(small, sequences), work / "small")
+        lay_down(small, sequences, vectors.answers(small, sequences), work / "small")
     step("measuring on the target")
     tried = [(v, path, cpu) for v, path in variants for cpu in toolchain.PROCESSORS[v.precision.name]]
     runs = [toolchain.run_target(v, path, _folder(work, f"{cpu}-{v.precision.name}"), cpu) for v, path, cpu in tried]
@@ -126,7 +126,7 @@ def _folder(work: Path, name: str) -> Path:
     return path
 
 
-def _lay_down(sources: Sources, sequences: Sequence[Inputs], expected: Sequence[Answers], folder: Path) -> None:
+def lay_down(sources: Sources, sequences: Sequence[Inputs], expected: Sequence[Answers], folder: Path) -> None:
     files = {**sources.files(), **filled(sources), **vectors.files(sources, sequences, expected)}
     for name, text in files.items():
         path = folder / name

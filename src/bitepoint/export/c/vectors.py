@@ -169,11 +169,15 @@ def _header(sources: Sources, sequences: Sequence[Inputs]) -> Iterator[str]:
 
 def _source(sources: Sources, sequences: Sequence[Inputs], expected: Sequence[Answers]) -> Iterator[str]:
     precision, record = sources.precision, sources.records
-    names = [sources.instance("parameters") if n == 0 else f"parameters_{n}" for n in range(len(sequences))]
+    nominal = sources.part.parameters[:1].tobytes()
+    designed = [sequence.parameters.tobytes() == nominal for sequence in sequences]
+    names = [sources.instance("parameters") if same else f"parameters_{n}" for n, same in enumerate(designed)]
     yield f'#include "{sources.prefix}_parameters.h"'
     yield from ('#include "vectors.h"', "", "#include <math.h>", "")
-    for n, sequence in enumerate(sequences[1:], 1):
-        yield f"static const {sources.type('parameters')} {names[n]} ="
+    for name, same, sequence in zip(names, designed, sequences, strict=True):
+        if same:
+            continue
+        yield f"static const {sources.type('parameters')} {name} ="
         yield from ended(initialiser(sequence.parameters[0], record["parameters"], precision))
         yield ""
     yield "const vectors_sequence_t vectors_sequences[VECTORS_SEQUENCES] ="
