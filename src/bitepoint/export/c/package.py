@@ -127,6 +127,7 @@ def _folder(work: Path, name: str) -> Path:
 
 
 def lay_down(sources: Sources, sequences: Sequence[Inputs], expected: Sequence[Answers], folder: Path) -> None:
+    """Write sources, templates and vectors, whose sequences and answers belong to each other, into a folder."""
     files = {**sources.files(), **filled(sources), **vectors.files(sources, sequences, expected)}
     for name, text in files.items():
         path = folder / name
