@@ -115,9 +115,7 @@ def test_agree_on_records(life: Life) -> None:
     x, n = rng.normal(0, 3, 200), rng.integers(-3, 9, 200)
     x[::7] = np.nan
     again = records.copy()
-    assert bits(all_that_is_allowed.run(records, x, n)) == bits(
-        all_that_is_allowed.run(again, x, n, life=life)
-    )
+    assert bits(all_that_is_allowed.run(records, x, n)) == bits(all_that_is_allowed.run(again, x, n, life=life))
     assert records["mode"].tolist() == again["mode"].tolist()
     assert same(records, again)
     in_place.run(records, x)
