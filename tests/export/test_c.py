@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -219,6 +221,16 @@ def test_command_line(bitepoint: Command, tmp_path: Path) -> None:
     assert done.status == 0
     assert json.loads(done.out) == report(out)
     assert json.loads(done.out)["precision"] == "float32"
+
+
+def test_a_process_leaves_nothing_but_the_folder(tmp_path: Path) -> None:
+    (tmp_path / "scratch").mkdir()
+    command = [sys.executable, "-m", "bitepoint", "export", "c", "none", "--out", str(tmp_path / "out" / "none")]
+    environment = {**os.environ, "TMPDIR": str(tmp_path / "scratch")}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert names_in(tmp_path / "scratch") == []
+    assert names_in(tmp_path / "out") == ["none"]
 
 
 def test_settings_and_vehicle_change_the_parameters(bitepoint: Command, tmp_path: Path) -> None:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import _ctypes
 import ctypes
 import gzip
 import json
+import os
 import shutil
 import subprocess
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from bitepoint.export.c.driving import Sequence, drive_entries
 from bitepoint.export.c.sources import Sources
@@ -52,7 +54,7 @@ class Coverage:
 
 def available() -> bool:
     """Whether the compiler of this machine is gcc and has its gcov."""
-    return "gcc" in Path(compiler()).name and shutil.which("gcov") is not None
+    return os.name == "posix" and "gcc" in Path(compiler()).name and shutil.which("gcov") is not None
 
 
 def choose(sources: Sources, recorded: Iterable[Sequence], random: Iterator[Sequence], folder: Path) -> list[Sequence]:
@@ -60,19 +62,19 @@ def choose(sources: Sources, recorded: Iterable[Sequence], random: Iterator[Sequ
     chosen = list(recorded)
     if not available():
         return [*chosen, *(next(random) for _ in range(16))]
-    probe = Probe(sources, folder)
-    for sequence in chosen:
-        probe.run(sequence)
-    reached, total = probe.reached()
-    for _ in range(CANDIDATES):
-        if reached == total:
-            break
-        sequence = next(random)
-        probe.run(sequence)
-        now, _ = probe.reached()
-        if now > reached:
-            chosen.append(sequence)
-            reached = now
+    with Probe(sources, folder) as probe:
+        for sequence in chosen:
+            probe.run(sequence)
+        reached, total = probe.reached()
+        for _ in range(CANDIDATES):
+            if reached == total:
+                break
+            sequence = next(random)
+            probe.run(sequence)
+            now, _ = probe.reached()
+            if now > reached:
+                chosen.append(sequence)
+                reached = now
     return chosen
 
 
@@ -108,6 +110,14 @@ class Probe:
         self.library = ctypes.CDLL(str(folder / "probe.so"))
         self.init = ENTRY(ctypes.cast(self.library.probe_init, ctypes.c_void_p).value or 0)
         self.step = ENTRY(ctypes.cast(self.library.probe_step, ctypes.c_void_p).value or 0)
+
+    def __enter__(self) -> Self:
+        """Return the probe."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Unload it: gcov writes when a library goes, and would make the folder again when the process ends."""
+        _ctypes.dlclose(self.library._handle)
 
     def run(self, sequence: Sequence) -> None:
         """Step through a sequence; what it reaches adds to what was reached before."""
