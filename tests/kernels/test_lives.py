@@ -45,6 +45,13 @@ def powers(x: float, y: float) -> float:
 
 
 @kernel
+def constant_powers(x: float, y: float) -> float:
+    """Powers that a compiler would like to compute in another way."""
+    low = math.pow(2.0, x) + math.pow(10.0, y) - math.pow(y, 0.5) * math.pow(x, -0.5)
+    return low + math.pow(x, 2.0) - math.pow(y, 3.0) + math.pow(x, -1.0) * math.pow(0.5, y)
+
+
+@kernel
 def smooth(x: float, y: float) -> float:
     """Functions that are defined everywhere."""
     return math.atan2(x, y) + math.tanh(x) - math.atan(y) + math.copysign(x, y) + math.fabs(x)
@@ -83,7 +90,7 @@ each_life = pytest.mark.parametrize("life", OTHER_LIVES)
 
 
 @each_life
-@pytest.mark.parametrize("function", [operations, powers, smooth], ids=lambda k: k.name)
+@pytest.mark.parametrize("function", [operations, powers, constant_powers, smooth], ids=lambda k: k.name)
 def test_agree_on_edges_of_two(function, life: Life) -> None:
     x, y = (np.array(column) for column in zip(*PAIRS, strict=True))
     assert bits(function.run(x, y)) == bits(function.run(x, y, life=life))
@@ -101,8 +108,15 @@ def test_agree_on_edges_of_one(function, life: Life) -> None:
 @given(pairs=st.lists(st.tuples(st.floats(), st.floats()), min_size=1, max_size=20))
 def test_agree_on_any_floats(pairs: list[tuple[float, float]], life: Life) -> None:
     x, y = (np.array(column) for column in zip(*pairs, strict=True))
-    for function in (operations, powers, smooth):
+    for function in (operations, powers, constant_powers, smooth):
         assert bits(function.run(x, y)) == bits(function.run(x, y, life=life))
+
+
+@each_life
+def test_powers_of_constants_agree(life: Life) -> None:
+    rng = np.random.default_rng(8)
+    x, y = rng.uniform(-60, 60, 20_000), rng.uniform(0, 60, 20_000)
+    assert bits(constant_powers.run(x, y)) == bits(constant_powers.run(x, y, life=life))
 
 
 @each_life

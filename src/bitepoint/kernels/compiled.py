@@ -7,6 +7,8 @@ the compilers and the processor; its value is the object code. A warm start load
 
 from __future__ import annotations
 
+import ctypes
+import ctypes.util
 import hashlib
 import os
 import re
@@ -25,7 +27,7 @@ from bitepoint.kernels.interpreted import MATHS
 from bitepoint.kernels.kernel import Kernel, Parameter, closure
 from bitepoint.records import Field, Record
 
-LOWERING = "3"
+LOWERING = "4"
 """Part of every key: counts the changes of how this module turns Numba's output into object code."""
 
 INLINED = 225
@@ -98,7 +100,7 @@ def program(kernel: Kernel[..., Any]) -> str:
     numbers = {member: number for number, member in enumerate(members)}
     sections: list[str] = []
     for member in members:
-        constants = [f"{name} = {value!r}\n" for name, value in _constants(member)]
+        constants = [f"{name} = {value!r}\n" for name, value in member.constants.items()]
         callees = [f"# {alias}: section {numbers[callee]}\n" for alias, callee in member.callees.items()]
         sections.append("".join([f"# section {numbers[member]}\n", *callees, *constants, _definition(member)]))
     return "\n".join([HEADER, *_declared_ranges(kernel), *sections, *_entry_text(kernel)])
@@ -114,13 +116,6 @@ def _declared_ranges(kernel: Kernel[..., Any]) -> Iterator[str]:
 
 def _definition(kernel: Kernel[..., Any]) -> str:
     return f"@njit({_INNER})\n{kernel.source.text}\n"
-
-
-def _constants(kernel: Kernel[..., Any]) -> Iterator[tuple[str, float]]:
-    for name in kernel.source.free_names:
-        value = kernel.source.namespace.get(name)
-        if isinstance(value, bool | int | float):
-            yield name, value
 
 
 def _entry_text(kernel: Kernel[..., Any]) -> Iterator[str]:
@@ -171,7 +166,7 @@ def _header() -> dict[str, Any]:
 def _dispatcher(kernel: Kernel[..., Any]) -> Any:
     """Return Numba's function for `kernel`: made once in a process, though many programs hold it."""
     callees = {name: _dispatcher(callee) for name, callee in kernel.callees.items()}
-    namespace = {**_header(), **dict(_constants(kernel)), **callees}
+    namespace = {**_header(), **kernel.constants, **callees, "math": _header()["maths"]}
     text = f"from __future__ import annotations\n\n{_definition(kernel)}"  # annotations are not evaluated
     exec(compile(text, f"<bitepoint compiled {kernel.name}>", "exec"), namespace)
     return namespace[kernel.source.node.name]
@@ -182,6 +177,7 @@ def _compile(kernel: Kernel[..., Any], file: Path) -> bytes:
     for name in ("NUMBA_DISABLE_JIT", "NUMBA_BOUNDSCHECK"):
         if os.environ.get(name, "0") != "0":
             raise InputError(name, "is set", "unset it; to look into kernels, run with life='interpreted'")
+    _name_power()
     namespace = {**_header(), "kernel": _dispatcher(kernel)}
     exec(compile("\n".join(_entry_text(kernel)), str(file), "exec"), namespace)
     entry: Any = namespace["entry"]
@@ -201,7 +197,10 @@ ENTRY_NAME = "bitepoint_entry"
 _DECLARATION = re.compile(
     r"^declare (?P<type>.+?) @(?P<name>[\w.]+)\((?P<parameters>.*?)\)[^()\n]*(?:#\d+)?$", re.MULTILINE
 )
-_OUTSIDE = frozenset({"memset", "memcpy", "memmove", "fabs", "floor", "ceil", "pow", *MATHS})
+POWER = "bitepoint_pow"
+"""What compiled code calls the C library's pow: under its own name LLVM would put exp2 or a root in its place."""
+
+_OUTSIDE = frozenset({"memset", "memcpy", "memmove", "fabs", "floor", "ceil", POWER, *MATHS})
 
 
 def _without_python(declaration: re.Match[str]) -> str:
@@ -228,6 +227,13 @@ def _machine() -> Any:
     return target.create_target_machine(**options, reloc="default", codemodel="jitdefault")
 
 
+@cache
+def _name_power() -> None:
+    """Make POWER known to all that links in this process, Numba included."""
+    library = ctypes.CDLL("ucrtbase" if sys.platform == "win32" else ctypes.util.find_library("m"))
+    llvm.add_symbol(POWER, ctypes.cast(library.pow, ctypes.c_void_p).value)
+
+
 _engines: list[Any] = []
 
 
@@ -236,6 +242,7 @@ def _load(path: Path) -> int:
     code = read_object(path)
     if code is None:
         raise OSError(f"{path} vanished while it was being used; run again")
+    _name_power()
     engine: Any = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
@@ -249,10 +256,12 @@ HEADER = '''\
 from __future__ import annotations
 
 import math
+from types import ModuleType
 
 import numpy as np
 from llvmlite import ir
 from numba import carray, cfunc, from_dtype, njit, types
+from numba.core import cgutils
 from numba.extending import intrinsic
 
 
@@ -333,6 +342,20 @@ def invoke(typing_context, entry, arguments, steps, lanes):
         return context.get_dummy_value()
 
     return types.void(types.intp, types.intp, types.intp, types.intp), codegen
+
+
+@intrinsic
+def power(typing_context, x, y):
+    def codegen(context, builder, signature, args):
+        double = ir.DoubleType()
+        kind = ir.FunctionType(double, [double, double])
+        return builder.call(cgutils.get_or_insert_function(builder.module, kind, "bitepoint_pow"), args)
+
+    return types.float64(types.float64, types.float64), codegen
+
+
+maths = ModuleType("maths")
+maths.__dict__.update(vars(math), pow=power)
 
 
 @njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)

@@ -109,6 +109,12 @@ class Kernel(Generic[P, R]):
         return {name: value for name, value in found.items() if isinstance(value, Kernel)}
 
     @cached_property
+    def constants(self) -> dict[str, float]:
+        """Numbers that it uses by a global name, by that name."""
+        found = {name: self.source.namespace.get(name) for name in self.source.free_names}
+        return {name: value for name, value in found.items() if isinstance(value, bool | int | float)}
+
+    @cached_property
     def interpreted(self) -> Callable[P, R]:
         """Its interpreted life: the same source, checked, with the maths of the other lives."""
         from bitepoint.kernels.interpreted import interpret

@@ -120,3 +120,41 @@ def small_constant(x: float) -> float:
 
 
 ALL = (grouping, logic, blocks, moving_end, step, add)
+
+
+T = 3.0
+DBL_MAX = 7.0
+
+
+@kernel
+def scaled(x: float) -> float:
+    """A constant of an everyday name, and one that is a macro in C."""
+    return x * T + DBL_MAX
+
+
+@kernel
+def upper_names(T: float, GAIN: float) -> float:  # noqa: N803
+    """Parameters called like a constant of a callee, a local called like a type, and one that nobody reads."""
+    float64_t = scaled(T) + GAIN
+    unread = float64_t * 2.0  # noqa: F841
+    return float64_t
+
+
+@kernel
+def two_names(a: Bag, b: Bag) -> float:
+    """A loop whose end changes under another name of the same record."""
+    total = 0.0
+    for _turn in range(a.used):
+        b.used = 1
+        total = total + 1.0
+    return total
+
+
+@kernel
+def whole_squares(n: int) -> int:
+    """The square of an integer expression."""
+    m = to_index(float(n), -9, 9)
+    return (m + 1) ** 2 - m**2
+
+
+OTHERS = (scaled, upper_names, two_names, whole_squares)

@@ -27,7 +27,7 @@ from tests.kernels.test_lives import bits, same
 
 each_precision = pytest.mark.parametrize("precision", PRECISIONS.values(), ids=PRECISIONS.keys())
 PARTS = [*CONTROLLERS.values(), *PLANTS.values()]
-KERNELS = [*samples.ALL, *(k for part in PARTS for k in (part.init, part.step))]
+KERNELS = [*samples.ALL, *samples.OTHERS, *(k for part in PARTS for k in (part.init, part.step))]
 
 
 def in_c(kernel: Kernel[..., Any], precision: Precision = FLOAT64) -> str:
@@ -108,6 +108,24 @@ def test_float32_computes_in_float32() -> None:
     exact = samples.grouping.run(*[x.astype(float)] * 3)
     assert result == pytest.approx(exact, rel=1e-5)
     assert (result.astype(float) != exact).any()
+
+
+@needs_c
+def test_names_and_aliases_mean_the_same_in_every_life() -> None:
+    for name, arguments in (("upper_names", (2.0, 5.0)), ("whole_squares", (4,))):
+        function = getattr(samples, name)
+        assert len({float(function.run(*arguments, life=life)[0]) for life in ("compiled", "interpreted", "c")}) == 1
+    for life in ("compiled", "interpreted", "c"):
+        bag = samples.Bag.zeros()
+        bag["used"] = 3
+        assert samples.two_names.run(bag, bag, life=life)[0] == 3.0
+
+
+@needs_c
+def test_only_the_epsilon_of_the_kernels_follows_the_precision() -> None:
+    text = "def own(x: float) -> float:\n    return 1.0 if x < EPSILON else 0.0\n"
+    own = Kernel.generate("own", text, {"EPSILON": 1e-3})
+    assert [own.run(1e-5, life=life)[0] for life in ("compiled", "interpreted", "c")] == [1.0] * 3
 
 
 def test_carries_names_units_docstrings_and_comments() -> None:

@@ -12,6 +12,7 @@ from bitepoint.kernels.c99.precision import Precision
 from bitepoint.kernels.c99.text import real_literal
 from bitepoint.kernels.interpreted import MATHS
 from bitepoint.kernels.kernel import Kernel
+from bitepoint.kernels.maths import EPSILON
 from bitepoint.kernels.values import Value, element_of, of_field
 
 PRIMARY, UNARY, PRODUCT, SUM, RELATION, LOGIC, CHOICE = 7, 6, 5, 4, 3, 2, 1
@@ -26,6 +27,7 @@ HELPERS = {
     "int_min": "{integer} {name}({integer} a, {integer} b)|(b < a) ? b : a|The smaller of two.",
     "int_max": "{integer} {name}({integer} a, {integer} b)|(b > a) ? b : a|The larger of two.",
     "int_abs": "{integer} {name}({integer} a)|(a < 0) ? -a : a|The magnitude.",
+    "int_square": "{integer} {name}({integer} a)|a * a|The square.",
     "real_square": "{real} {name}({real} a)|a * a|The square.",
 }
 """Small functions that a source gets where it needs them: signature, result, meaning."""
@@ -122,7 +124,7 @@ class Terms:
         value = self.source.namespace.get(node.id)
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise self.source.fail(node, f"the name {node.id} means nothing in C", "use parameters, locals, constants")
-        if node.id == "EPSILON":
+        if node.id == "EPSILON" and value == EPSILON:
             return Term(self.precision.epsilon, Value("float"))
         name = self.names.constant(self.kernel, node.id, value)
         text = self._literal(node, value) if isinstance(value, float) else str(value)
@@ -165,9 +167,8 @@ class Terms:
         term = self.term(node)
         if isinstance(node, ast.Name) or (isinstance(node, ast.Attribute) and term.level == PRIMARY):
             return Term(f"{term.text} * {term.text}", Value(term.kind), PRODUCT)
-        if term.kind == "int":
-            raise self.source.fail(node, "the square of an integer expression", "give it a name first")
-        return Term(f"{self._helper('real_square')}({term.text})", Value("float"))
+        helper = self._helper("int_square" if term.kind == "int" else "real_square")
+        return Term(f"{helper}({term.text})", Value(term.kind))
 
     def _unaryop(self, node: ast.UnaryOp) -> Term:
         term = self.term(node.operand)
@@ -202,7 +203,7 @@ class Terms:
         if isinstance(function, ast.Attribute):
             if function.attr not in MATHS:
                 raise self.source.fail(node, f"{ast.unparse(function)} has no place in C", "use a function of math")
-            return self._libm(function.attr, [self.real(argument) for argument in node.args])
+            return self._libm(function.attr, [self.term(argument).text for argument in node.args])
         assert isinstance(function, ast.Name)
         callee = self.kernel.callees.get(function.id)
         if callee is not None:

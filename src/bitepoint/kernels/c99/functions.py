@@ -31,6 +31,7 @@ class Local:
     block: Path
     first: ast.stmt
     stores: int = 0
+    loads: int = 0
     value: Value | None = None
     holder: ast.stmt | None = None
 
@@ -79,6 +80,7 @@ class Scopes:
             shared += 1
         local.block = local.block[:shared]
         local.stores += isinstance(node.ctx, ast.Store) + isinstance(statement, ast.AugAssign)
+        local.loads += isinstance(node.ctx, ast.Load)
 
 
 class Function:
@@ -160,7 +162,7 @@ class Function:
 
     def about(self) -> Iterator[str]:
         """Yield the comment above the function: what its docstring says."""
-        yield from comment(ast.get_docstring(self.node) or f"{self.kernel.name}.")  # pyright: ignore[reportArgumentType]
+        yield from comment(ast.get_docstring(self.node) or "")  # pyright: ignore[reportArgumentType]
 
     def text(self) -> Iterator[str]:
         """Yield the lines of the function."""
@@ -260,7 +262,8 @@ class Function:
         if not self._declares(node, target.id):
             return f"{local.name} = {term.text};"
         constant = "const " if local.stores == 1 else ""
-        return f"{constant}{self.ctype(term.kind)} {local.name} = {term.text};"
+        ignored = "" if local.loads else f" (void){local.name};"
+        return f"{constant}{self.ctype(term.kind)} {local.name} = {term.text};{ignored}"
 
     def _place(self, target: ast.expr) -> str:
         return self.terms.term(loaded(target)).text
@@ -313,13 +316,13 @@ class Function:
         yield "}"
 
     def _constant(self, stop: ast.expr, loop: ast.For) -> bool:
-        """Whether the end of a loop stays what it was while the loop runs; Python looks at it once, C every turn."""
+        """Whether the end of a loop surely stays what it was: Python looks at it once, C every turn.
+
+        A field may change under another name, where one record is passed twice.
+        """
         stored = {
             n.id for s in loop.body for n in ast.walk(s) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
         }
-        for node in ast.walk(stop):
-            if isinstance(node, ast.Call):
-                return False
-            if isinstance(node, ast.Name) and (node.id in stored or node.id in self.written):
-                return False
-        return True
+        reads = [node for node in ast.walk(stop) if isinstance(node, ast.Name)]
+        moving = any(isinstance(node, ast.Call | ast.Attribute) for node in ast.walk(stop))
+        return not moving and not any(node.id in stored for node in reads)

@@ -19,8 +19,8 @@ from bitepoint.kernels.c99.precision import FLOAT64, Precision
 from bitepoint.kernels.c99.translate import TYPES, Translation, translate
 from bitepoint.kernels.kernel import Kernel
 
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno")
-"""How generated C is compiled here: in its standard, without fused multiply-add."""
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-builtin-pow")
+"""How generated C is compiled here: in its standard, without fused multiply-add, every power by the library."""
 
 STRICT = ("-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror")
 """What it also compiles under, without a single warning; tests and self-tests hold that."""

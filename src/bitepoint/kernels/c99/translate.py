@@ -31,8 +31,14 @@ TYPES = """\
 #include <stdbool.h>
 #include <stdint.h>
 
+#if defined(__FAST_MATH__)
+#error "compile without -ffast-math: it takes NaN and infinity for impossible, and exported code guards against them"
+#endif
+
+#ifndef BITEPOINT_FLOATS_ARE_DEFINED /* define this where another header, such as CMSIS-DSP's, has these two types */
 typedef float float32_t;
 typedef double float64_t;
+#endif
 
 #endif
 """
@@ -89,6 +95,10 @@ def translate(
     members = list(dict.fromkeys(member for kernel in public.values() for member in closure(kernel)))
     used = [p.record for kernel in members for p in kernel.parameters if p.record is not None]
     structs = with_nested([*records, *used])
+    names.fields = {name for record in structs for name in record.fields}
+    for member in members:  # before any local gets a name
+        for name, value in member.constants.items():
+            names.constant(member, name, value)
     type_names = {record: names.type(record) for record in structs}
     functions = {kernel: names.give(kernel, name) for name, kernel in public.items()}
     functions |= {kernel: names.function(kernel) for kernel in members}
