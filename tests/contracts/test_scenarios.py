@@ -44,7 +44,7 @@ def test_a_closed_loop_in_c_is_the_simulated_one_to_the_bit(scenario: str, contr
 def test_a_controller_answers_a_recorded_scenario_alike_in_every_life(name: str, life: Life) -> None:
     found = find_subject(Options(name))
     for sequence in record(found):
-        assert same(drive(found.part, sequence), drive(found.part, sequence, life)), sequence.name
+        assert same(found.part, drive(found.part, sequence), drive(found.part, sequence, life)), sequence.name
 
 
 @pytest.mark.parametrize("life", OTHER_LIVES)
@@ -52,4 +52,4 @@ def test_a_controller_answers_a_recorded_scenario_alike_in_every_life(name: str,
 def test_a_plant_answers_a_recorded_scenario_alike_in_every_life(name: str, life: Life) -> None:
     found = find_subject(Options(name))
     sequence = next(record(found, rows=100 if life == "interpreted" else 2000))
-    assert same(drive(found.part, sequence), drive(found.part, sequence, life))
+    assert same(found.part, drive(found.part, sequence), drive(found.part, sequence, life))

@@ -43,6 +43,7 @@ def test_addresses_are_those_of_the_exported_image(bitepoint: Command, tmp_path:
     version = re.search(r'VERSION "([^"]+)"', text)
     assert version is not None
     assert version[1] in (folder / "launch_pid.c").read_text()
+    assert f"ADDR_EPK 0x{symbols['launch_pid_version_text']:X}" in text
     bitepoint("export", "a2l", "launch_pid", "--elf", str(elf), "--out", str(tmp_path / "wide.a2l")).refusal(
         "image-cortex-m7.elf", "takes 848 bytes instead of 1696", "another precision"
     )
@@ -70,3 +71,13 @@ def test_a_folder_in_its_place_is_left_alone(bitepoint: Command, tmp_path: Path)
     (tmp_path / "x.a2l").mkdir()
     bitepoint("export", "a2l", "none", "--out", str(tmp_path / "x.a2l")).refusal("x.a2l", "cannot be written")
     assert names_in(tmp_path) == ["x.a2l"]
+
+
+def test_only_a_description_is_written_over(bitepoint: Command, tmp_path: Path) -> None:
+    out = tmp_path / "x.a2l"
+    for _ in range(2):
+        assert bitepoint("export", "a2l", "none", "--out", str(out)).status == 0
+    other = tmp_path / "program.elf"
+    other.write_bytes(b"\x7fELF and more")
+    bitepoint("export", "a2l", "none", "--out", str(other)).refusal("program.elf", "no ASAP2 description")
+    assert other.read_bytes() == b"\x7fELF and more"

@@ -306,3 +306,70 @@ def test_too_large_for_an_ecu_is_refused(refused: Refused, tmp_path: Path, monke
     monkeypatch.setattr("bitepoint.export.c.package.MOST_BYTES", 500)
     refused(lambda: export_c(Options("launch_pid"), tmp_path / "out"), "launch_pid", "bytes", "at most 500")
     assert not (tmp_path / "out").exists()
+
+
+def test_the_environment_of_the_user_does_not_leak_in(
+    bitepoint: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "a blank").mkdir()
+    for name, value in (("CC", "arm-none-eabi-gcc"), ("CFLAGS", "-O3 -ffast-math"), ("MAKEFLAGS", "-n")):
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "a blank"))
+    host.compiler.cache_clear()
+    try:
+        done = bitepoint("export", "c", "none", "--out", str(tmp_path / "my export"))
+    finally:
+        host.compiler.cache_clear()
+    assert done.status == 0
+    assert report(tmp_path / "my export")["coverage"]["lines"] > 20
+    assert names_in(tmp_path) == ["a blank", "my export"]
+
+
+def test_fast_math_is_refused_by_the_header(exported: Exported, tmp_path: Path) -> None:
+    source = str(exported("none", "float32") / "none.c")
+    done = subprocess.run(
+        ["gcc", "-ffast-math", "-c", source], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode != 0
+    assert "without -ffast-math" in done.stderr
+
+
+@needs("g++", packages="g++")
+def test_a_caller_in_cpp_links_two_exports(exported: Exported, tmp_path: Path) -> None:
+    folders = [exported("launch_pid", "float32"), exported("none", "float32")]
+    caller = tmp_path / "caller.cpp"
+    caller.write_text(
+        '#include "launch_pid_parameters.h"\n#include "none_parameters.h"\n#include <cstdio>\n'
+        "launch_pid_state_t state; launch_pid_measurement_t seen; launch_pid_command_t shown;\n"
+        "none_open_loop_state_t state_2; none_open_loop_measurement_t seen_2; none_open_loop_command_t shown_2;\n"
+        "int main() { launch_pid_init(&launch_pid_parameters, &state, &seen, &shown);\n"
+        "none_init(&none_open_loop_parameters, &state_2, &seen_2, &shown_2);\n"
+        "std::puts(launch_pid_version()); std::puts(none_version());\n"
+        "return launch_pid_step(&launch_pid_parameters, &state, &seen, &shown, LAUNCH_PID_PERIOD)\n"
+        " + none_step(&none_open_loop_parameters, &state_2, &seen_2, &shown_2, NONE_PERIOD); }\n"
+    )
+    sources = [str(path) for folder in folders for path in folder.glob("*.c")]
+    includes = [f"-I{folder}" for folder in folders]
+    subprocess.run(["gcc", "-std=c99", "-O2", "-c", *sources], cwd=tmp_path, check=True)
+    objects = [str(path) for path in tmp_path.glob("*.o")]
+    subprocess.run(
+        ["g++", "-Wall", "-Wextra", *includes, str(caller), *objects, "-o", "caller"], cwd=tmp_path, check=True
+    )
+    done = subprocess.run([str(tmp_path / "caller")], capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert len(done.stdout.split()) == 2
+
+
+@pytest.mark.parametrize(
+    ("key", "part"), [("controller=none", "it is the part"), ("vehicle=dct-na190", "use --vehicle")]
+)
+def test_what_the_part_is_cannot_be_set(bitepoint: Command, tmp_path: Path, key: str, part: str) -> None:
+    bitepoint("export", "c", "launch_pid", "--set", key, "--out", str(tmp_path / "out")).refusal(part)
+
+
+def test_a_name_that_no_folder_can_have(bitepoint: Command, tmp_path: Path) -> None:
+    bitepoint("export", "c", "none", "--out", str(tmp_path / ("a" * 300))).refusal("cannot be written")
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "real")
+    assert bitepoint("export", "c", "none", "--out", str(tmp_path / "link")).status == 0
+    assert "Makefile" in names_in(tmp_path / "real")

@@ -23,7 +23,7 @@ from tests.export.parts import CASES, PARTS
 TARGET = ["-mcpu=cortex-m7", "-mthumb", "-nostdlib", "-Wl,-e,main", "-Wl,-Ttext=0x08000000", "-Wl,-Tdata=0x20000000"]
 
 COMPILERS = {
-    "gcc": pytest.param(["gcc"], marks=needs("gcc", "nm", packages="gcc"), id="host"),
+    "gcc": pytest.param(["gcc", "-no-pie"], marks=needs("gcc", "nm", packages="gcc"), id="host"),
     "arm": pytest.param(
         ["arm-none-eabi-gcc", *TARGET], marks=needs("arm-none-eabi-gcc", packages="gcc-arm-none-eabi"), id="target"
     ),
@@ -86,7 +86,7 @@ def test_addresses_are_those_of_nm(compiler: list[str], precision: Precision, tm
 @needs_gcc
 def test_a_program_of_another_precision_is_refused(tmp_path: Path, refused: Refused) -> None:
     part = PARTS["launch_pid"]
-    program = build(["gcc"], part, FLOAT32, tmp_path)
+    program = build(["gcc", "-no-pie"], part, FLOAT32, tmp_path)
     refused(
         lambda: symbol_addresses(program, symbol_sizes(part, FLOAT64)),
         "program.elf", "launch_pid_parameters", "takes 848 bytes instead of 1696", "precision",
@@ -96,7 +96,7 @@ def test_a_program_of_another_precision_is_refused(tmp_path: Path, refused: Refu
 @needs_gcc
 def test_a_program_without_the_variable_is_refused(tmp_path: Path, refused: Refused) -> None:
     part = PARTS["launch_pid"]
-    program = build(["gcc"], PARTS["none"], FLOAT32, tmp_path)
+    program = build(["gcc", "-no-pie"], PARTS["none"], FLOAT32, tmp_path)
     sizes = symbol_sizes(part, FLOAT32)
     refused(lambda: symbol_addresses(program, sizes), "program.elf", "launch_pid_parameters: no such variable")
     refused(lambda: symbol_addresses(program, {"main": 4}), "main: no such variable")
@@ -108,7 +108,7 @@ def test_a_variable_of_another_program_is_refused(tmp_path: Path, refused: Refus
     source.write_text("int elsewhere = 1;\n")
     subprocess.run(["gcc", "-shared", "-fPIC", str(source), "-o", str(library)], check=True)
     more = "extern int elsewhere; int use(void) { return elsewhere; }"
-    program = build(["gcc", "-fPIC"], PARTS["none"], FLOAT32, tmp_path, str(library), more=more)
+    program = build(["gcc", "-no-pie", "-fPIC"], PARTS["none"], FLOAT32, tmp_path, str(library), more=more)
     refused(lambda: symbol_addresses(program, {"elsewhere": 4}), "elsewhere: no such variable")
 
 
@@ -117,20 +117,22 @@ def test_a_program_that_has_the_variable_twice_is_refused(tmp_path: Path, refuse
     other = tmp_path / "other.c"
     other.write_text("static int twice = 2; int *use(void) { return &twice; }\n")
     more = "static int twice = 1; int *twice_user(void) { return &twice; }"
-    program = build(["gcc"], PARTS["none"], FLOAT32, tmp_path, str(other), more=more)
+    program = build(["gcc", "-no-pie"], PARTS["none"], FLOAT32, tmp_path, str(other), more=more)
     refused(lambda: symbol_addresses(program, {"twice": 4}), "twice: 2 variables")
 
 
 @needs_gcc
-@pytest.mark.parametrize(("option", "problem"), [("-s", "has no symbols"), ("-c", "is not linked")])
+@pytest.mark.parametrize(
+    ("option", "problem"), [("-s", "has no symbols"), ("-c", "is not linked"), ("-pie", "is not linked to fixed")]
+)
 def test_a_program_without_addresses_is_refused(option: str, problem: str, tmp_path: Path, refused: Refused) -> None:
-    program = build(["gcc"], PARTS["none"], FLOAT32, tmp_path, option)
+    program = build(["gcc", "-no-pie"], PARTS["none"], FLOAT32, tmp_path, option)
     refused(lambda: symbol_addresses(program, symbol_sizes(PARTS["none"], FLOAT32)), "program.elf", problem)
 
 
 @needs_gcc
 def test_a_damaged_file_is_refused_or_read_right(tmp_path: Path, refused: Refused) -> None:
-    program = build(["gcc"], PARTS["none"], FLOAT32, tmp_path)
+    program = build(["gcc", "-no-pie"], PARTS["none"], FLOAT32, tmp_path)
     whole, sizes = program.read_bytes(), symbol_sizes(PARTS["none"], FLOAT32)
     right = symbol_addresses(program, sizes)
     for length in (0, 3, 4, 15, 16, 63, 64, 200, len(whole) // 2, len(whole) - 3000, len(whole) - 1):
@@ -173,3 +175,20 @@ def test_the_extra_is_named_where_its_library_is_missing(
 
     monkeypatch.setattr(builtins, "__import__", without)
     refused(lambda: symbol_addresses(file, {"a": 1}), "a.elf", "pyelftools", "pip install 'bitepoint[export]'")
+
+
+@needs("arm-none-eabi-gcc", packages="gcc-arm-none-eabi")
+def test_a_big_endian_program_is_refused(tmp_path: Path, refused: Refused) -> None:
+    source, program = tmp_path / "big.c", tmp_path / "big.elf"
+    source.write_text("int here = 1; int main(void) { return here; }\n")
+    flags = ["-mbig-endian", "-mcpu=cortex-m4", "-mthumb", "-nostdlib", "-Wl,-e,main"]
+    subprocess.run(["arm-none-eabi-gcc", *flags, "-o", str(program), str(source)], check=True)
+    refused(lambda: symbol_addresses(program, {"here": 4}), "big.elf", "big-endian")
+
+
+@needs_gcc
+def test_a_variable_that_holds_something_else_is_refused(tmp_path: Path, refused: Refused) -> None:
+    more = 'const char text[] = "1.0+old";'
+    program = build(["gcc", "-no-pie"], PARTS["none"], FLOAT32, tmp_path, more=more)
+    assert symbol_addresses(program, {"text": 8}, {"text": b"1.0+old\0"})["text"] > 0
+    refused(lambda: symbol_addresses(program, {"text": 8}, {"text": b"1.0+new\0"}), "text is that of another version")

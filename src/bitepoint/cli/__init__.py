@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import signal
 import sys
 from typing import NoReturn
 
@@ -43,8 +45,14 @@ def _refuse(text: str) -> NoReturn:
     sys.exit(2)
 
 
+def _terminate(signum: int, frame: object) -> NoReturn:  # noqa: ARG001
+    sys.exit(143)
+
+
 def main() -> None:
     """Run the command line: exit 0 when it was carried out, 2 on bad input, 1 on a fault of ours."""
+    with contextlib.suppress(ValueError):  # not in the main thread
+        signal.signal(signal.SIGTERM, _terminate)  # so that what is half done is cleared away
     try:
         sys.exit(app(prog_name="bitepoint", standalone_mode=False) or 0)
     except BitepointError as error:

@@ -48,10 +48,15 @@ def export_c(
         typer.echo(json.dumps(report, allow_nan=False))
         return
     typer.echo(f"{name}, {precision}: {report['selftest']['steps']} recorded steps, no difference")
-    for key, unit in (("code_bytes", "bytes"), ("data_bytes", "bytes"), ("stack_bytes", "bytes"),
-                      ("instructions_worst", "instructions")):  # fmt: skip
-        value = "not measured: no tool chain" if report[key] is None else f"{report[key]} {unit}"
-        typer.echo(f"  {key:<20} {value}")
+    for build in report["builds"]:
+        typer.echo(f"on a {build['cpu']}, in {build['precision']}:")
+        runs = [r for r in report["targets"] if (r["cpu"], r["precision"]) == (build["cpu"], build["precision"])]
+        for key in ("code_bytes", "data_bytes", "stack_bytes"):
+            typer.echo(f"  {key:<20} {build[key]} bytes")
+        for run in runs:
+            typer.echo(f"  {'instructions_worst':<20} {run['instructions_worst']} instructions")
+    if not report["targets"]:
+        typer.echo("not measured in full: the target's tool chain is missing")
     typer.echo(f"wrote {out}; see {out / 'REPORT.md'}")
 
 

@@ -37,6 +37,7 @@ def a2l_text(
     *,
     meaning: str = "",
     version: str = __version__,
+    epk: int | None = None,
 ) -> str:
     """Return the ASAP2 description of a part: one project with one module, both called as the part.
 
@@ -47,6 +48,7 @@ def a2l_text(
             None: all addresses are 0x0, and a comment on top says so.
         meaning: what the part does, in a line.
         version: what the exported C calls its version.
+        epk: address of that version in the memory of the program, by which a tool sees that both belong together.
 
     Raises:
         SubsetError, InputError: the part cannot be translated; an address is missing or is beyond 32 bits.
@@ -58,7 +60,11 @@ def a2l_text(
     else:
         for symbol, (_, record) in found.items():
             _check_address(f"addresses of {part.name}", symbol, precision.layout(record).itemsize, addresses)
-    body = [*_mod_common(), *_mod_par(part, version), *_contents(part.name, meaning, found, precision, addresses or {})]
+    body = [
+        *_mod_common(),
+        *_mod_par(part, version, epk),
+        *_contents(part.name, meaning, found, precision, addresses or {}),
+    ]
     module = block("MODULE", f"{part.name} {quoted(meaning)}", body)
     project = block("PROJECT", f"{part.name} {quoted(meaning)}", module)
     return "\n".join([*comment(about), "ASAP2_VERSION 1 70", *project]) + "\n"
@@ -77,11 +83,12 @@ def _mod_common() -> Iterator[str]:
     yield from block("MOD_COMMON", quoted(""), ["DEPOSIT ABSOLUTE", "BYTE_ORDER MSB_LAST", *alignments])
 
 
-def _mod_par(part: Part, version: str) -> Iterator[str]:
+def _mod_par(part: Part, version: str, epk: int | None) -> Iterator[str]:
     period = f"{part.name.upper()}_PERIOD"
     constant = f"SYSTEM_CONSTANT {quoted(period)} {quoted(number(part.period))}"
     about = quoted(f"{period} is the time between two steps, s")
-    yield from block("MOD_PAR", about, [f"VERSION {quoted(version)}", constant])
+    place = [] if epk is None else [f"ADDR_EPK 0x{epk:X}"]
+    yield from block("MOD_PAR", about, [f"VERSION {quoted(version)}", *place, f"EPK {quoted(version)}", constant])
 
 
 def _contents(

@@ -9,12 +9,15 @@ from typing import IO, Any
 from bitepoint.errors import InputError
 
 
-def symbol_addresses(path: str | Path, sizes: Mapping[str, int]) -> dict[str, int]:
+def symbol_addresses(
+    path: str | Path, sizes: Mapping[str, int], contents: Mapping[str, bytes] | None = None
+) -> dict[str, int]:
     """Return the address of each of the named variables in a linked program.
 
     Args:
-        path: an ELF file, of 32 or 64 bits, in either byte order.
+        path: an ELF file, little-endian, linked to run at the addresses that it names.
         sizes: how many bytes each variable takes, as `a2l.symbol_sizes` tells of a part in a precision.
+        contents: what some of the variables must hold in the file.
 
     Raises:
         InputError: no such file, or none in ELF; it is not linked, or has no symbols; a variable is missing, is there
@@ -23,12 +26,17 @@ def symbol_addresses(path: str | Path, sizes: Mapping[str, int]) -> dict[str, in
     where = str(path)
     try:
         with Path(path).open("rb") as stream:
-            found = _variables(stream, where)
+            found, held = _variables(stream, where, contents or {})
     except OSError as error:
         raise InputError(where, f"cannot be read ({error.strerror or error})", "name the linked program") from None
     except ValueError:  # a path with a null character
         raise InputError(repr(where), "is no path", "name the linked program") from None
-    return {name: _address(name, size, found.get(name, set()), where) for name, size in sizes.items()}
+    addresses = {name: _address(name, size, found.get(name, set()), where) for name, size in sizes.items()}
+    for name, content in (contents or {}).items():
+        if held.get(name) != content:
+            mend = "build the program from an export of this version, or describe that one"
+            raise InputError(where, f"{name} is that of another version", mend)
+    return addresses
 
 
 def _address(name: str, size: int, found: set[tuple[int, int]], where: str) -> int:
@@ -45,8 +53,10 @@ def _address(name: str, size: int, found: set[tuple[int, int]], where: str) -> i
     return address
 
 
-def _variables(stream: IO[bytes], where: str) -> dict[str, set[tuple[int, int]]]:
-    """Return (address, size) of all variables, by name."""
+def _variables(
+    stream: IO[bytes], where: str, contents: Mapping[str, bytes]
+) -> tuple[dict[str, set[tuple[int, int]]], dict[str, bytes]]:
+    """Return (address, size) of all variables, by name, and what those named in `contents` hold."""
     try:
         from elftools.common.exceptions import ELFError
         from elftools.elf.elffile import ELFFile
@@ -55,15 +65,24 @@ def _variables(stream: IO[bytes], where: str) -> dict[str, set[tuple[int, int]]]
     library: Any = ELFFile
     try:
         elf = library(stream)
-        if elf["e_type"] not in ("ET_EXEC", "ET_DYN"):
-            raise InputError(where, "is not linked, so that nothing in it has an address", "name the linked program")
+        if elf["e_type"] != "ET_EXEC":
+            problem = "is not linked to fixed addresses"
+            raise InputError(where, problem, "name the linked program; link it without -pie and -shared")
+        if not elf.little_endian:
+            raise InputError(where, "is big-endian", "the description says little-endian: it cannot serve this program")
         table = elf.get_section_by_name(".symtab")
         if table is None:
             raise InputError(where, "has no symbols", "do not strip it")
         found: dict[str, set[tuple[int, int]]] = {}
+        held: dict[str, bytes] = {}
         for symbol in table.iter_symbols():
             if symbol["st_info"]["type"] == "STT_OBJECT" and symbol["st_shndx"] != "SHN_UNDEF":
-                found.setdefault(str(symbol.name), set()).add((int(symbol["st_value"]), int(symbol["st_size"])))
-    except (ELFError, ValueError, KeyError, OverflowError, AttributeError, AssertionError) as error:
+                name = str(symbol.name)
+                found.setdefault(name, set()).add((int(symbol["st_value"]), int(symbol["st_size"])))
+                if name in contents:
+                    section = elf.get_section(symbol["st_shndx"])
+                    first = int(symbol["st_value"]) - int(section["sh_addr"])
+                    held[name] = bytes(section.data()[first : first + len(contents[name])])
+    except (ELFError, ValueError, LookupError, OverflowError, AttributeError, AssertionError, TypeError) as error:
         raise InputError(where, f"is no sound ELF file ({error})", "name the linked program") from None
-    return found
+    return found, held

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from bitepoint.assembly import CONTROLLERS, PLANTS, Assembly, assemble
@@ -62,6 +63,9 @@ def find_subject(options: Options) -> Subject:
     if controller is None and plant is None:
         raise InputError("export", f"got {options.name}", f"expected one of {', '.join([*CONTROLLERS, *PLANTS])}")
     settings = dict(options.settings)
+    for key in {"controller", "vehicle"} & set(settings):
+        mend = "it is the part that is exported" if key == "controller" else "use --vehicle"
+        raise InputError("--set", f"{key}: cannot be set here", mend)
     if controller is not None:
         settings["controller"] = options.name
     fitting = (options.name,) if controller is None else controller.plants
@@ -74,7 +78,8 @@ def find_subject(options: Options) -> Subject:
         fitting = (kind,)
     loops = list(_loops(fitting, settings))
     first = loops[0][1]
-    changes = ", ".join(f"{key}={value}" for key, value in options.settings.items())
+    said = {key: Path(value).name if key == "pedal" else value for key, value in options.settings.items()}
+    changes = ", ".join(f"{key}={value}" for key, value in said.items())
     origin = f"vehicle {first.vehicle.name}" + (f", {changes}" if changes else "")
     if controller is None:
         return Subject(first.system.plant, f"plant {options.name}", origin, loops)

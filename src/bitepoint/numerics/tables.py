@@ -26,5 +26,6 @@ def highest(table: Curve) -> float:
     """Return the largest ordinate of the curve."""
     peak = table.y[0]
     for i in range(1, 32):
-        peak = max(peak, table.y[i])
+        if i < table.points:
+            peak = max(peak, table.y[i])
     return peak

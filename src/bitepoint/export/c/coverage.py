@@ -16,7 +16,7 @@ from typing import Any, Self
 
 from bitepoint.export.c.driving import Sequence, drive_entries
 from bitepoint.export.c.sources import Sources
-from bitepoint.kernels.c99.host import FLAGS, INCLUDES, compiler, entry
+from bitepoint.kernels.c99.host import FLAGS, INCLUDES, entry
 from bitepoint.kernels.c99.translate import TYPES
 from bitepoint.kernels.kernel import ENTRY
 
@@ -53,8 +53,8 @@ class Coverage:
 
 
 def available() -> bool:
-    """Whether the compiler of this machine is gcc and has its gcov."""
-    return os.name == "posix" and "gcc" in Path(compiler()).name and shutil.which("gcov") is not None
+    """Whether gcc and its gcov are here, whatever else compiles."""
+    return os.name == "posix" and shutil.which("gcc") is not None and shutil.which("gcov") is not None
 
 
 def choose(sources: Sources, recorded: Iterable[Sequence], random: Iterator[Sequence], folder: Path) -> list[Sequence]:
@@ -105,7 +105,7 @@ class Probe:
         text += [*entry(part.init, translation, "probe_init"), *entry(part.step, translation, "probe_step"), ""]
         (folder / "probe.c").write_text("\n".join(text), encoding="utf-8")
         flags = [flag for flag in FLAGS if flag != "-O2"]
-        command = [compiler(), *flags, "-O0", "--coverage", "-shared", "-fPIC", "-o", "probe.so", "probe.c", "-lm"]
+        command = ["gcc", *flags, "-O0", "--coverage", "-shared", "-fPIC", "-o", "probe.so", "probe.c", "-lm"]
         subprocess.run(command, cwd=folder, check=True, capture_output=True)
         self.library = ctypes.CDLL(str(folder / "probe.so"))
         self.init = ENTRY(ctypes.cast(self.library.probe_init, ctypes.c_void_p).value or 0)

@@ -9,13 +9,14 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from bitepoint.errors import InputError
 from bitepoint.export.c import toolchain, vectors
 from bitepoint.export.c.coverage import choose
-from bitepoint.export.c.driving import Answers, drive
+from bitepoint.export.c.driving import Answers, Floats, drive
 from bitepoint.export.c.driving import Sequence as Inputs
 from bitepoint.export.c.report import Difference, Findings
 from bitepoint.export.c.sources import Sources
@@ -23,6 +24,7 @@ from bitepoint.export.c.templates import filled
 from bitepoint.export.subject import Options, Subject, chosen_precision, find_subject
 from bitepoint.kernels.c99 import FLOAT32
 from bitepoint.kernels.c99.host import compiler
+from bitepoint.kernels.c99.precision import whole_words
 from bitepoint.simulation.run import Simulation
 from bitepoint.simulation.system import Imperfections, Part
 
@@ -44,7 +46,11 @@ def export_c(options: Options, out: Path, step: Step = lambda _: None) -> Findin
             too large for an ECU.
         SubsetError: a kernel that cannot be translated.
     """
-    refuse_folder(out)
+    try:
+        out = out.resolve()
+        refuse_folder(out)
+    except OSError as error:  # a name that no folder can have
+        raise InputError(str(out)[:60], f"cannot be written ({error.strerror})", "choose another folder") from None
     compiler()
     found = find_subject(options)
     _refuse_large(found.part)
@@ -102,13 +108,14 @@ def _write(sources: Sources, recorded: Sequence[Inputs], folder: Path, work: Pat
     step("measuring on the target")
     tried = [(v, path, cpu) for v, path in variants for cpu in toolchain.PROCESSORS[v.precision.name]]
     runs = [toolchain.run_target(v, path, _folder(work, f"{cpu}-{v.precision.name}"), cpu) for v, path, cpu in tried]
+    builds = [toolchain.build(v, path, _folder(work, f"build-{v.precision.name}")) for v, path in variants]
     step("checking rules and coverage")
     findings = Findings(
         sources=sources,
         steps=sum(len(sequence.inputs) - 1 for sequence in sequences),
         sequences=len(sequences),
         data_bytes=sum(small.precision.layout(record).itemsize for record in small.records.values()),
-        small=toolchain.build(small, variants[0][1], _folder(work, "build")),
+        builds=[built for built in builds if built is not None],
         runs=[run for run in runs if run is not None],
         misra=toolchain.misra(sources, folder),
         coverage=toolchain.measure_coverage(sources, folder, _folder(work, "coverage")),
@@ -141,15 +148,25 @@ def _hold(sources: Sources, sequences: Sequence[Inputs], expected: Sequence[Answ
         return  # the C itself is what was recorded
     for sequence, answer in zip(sequences, expected, strict=True):
         again = drive(sources.part, sequence, "c")
-        if not same(answer, again):
+        if not same(sources.part, answer, again):
             raise RuntimeError(f"{sources.part.name}: C and the compiled life differ in sequence {sequence.name}")
 
 
-def same(a: Answers, b: Answers) -> bool:
-    """Return whether two lives gave the same answers, to the bit; every NaN is the same one."""
-    outputs = np.array_equal(a.outputs, b.outputs, equal_nan=True)
-    words = [answer.state.view(np.float64 if answer.outputs.itemsize == 8 else np.float32) for answer in (a, b)]
-    return outputs and np.array_equal(a.statuses, b.statuses) and np.array_equal(*words, equal_nan=True)
+def same(part: Part, a: Answers, b: Answers) -> bool:
+    """Return whether two lives of a part gave the same answers, to the bit; every NaN of a float is the same one."""
+    whole = np.zeros(a.outputs.shape[1], bool)
+    state = whole_words(part.state)
+    return (
+        np.array_equal(a.statuses, b.statuses)
+        and _same_words(a.outputs, b.outputs, whole)
+        and _same_words(a.state.view(a.outputs.dtype), b.state.view(b.outputs.dtype), state)
+    )
+
+
+def _same_words(a: Floats, b: Floats, whole: np.ndarray[Any, np.dtype[np.bool_]]) -> bool:
+    bits = np.int64 if a.itemsize == 8 else np.int32
+    neither = np.isnan(a) & np.isnan(b) & ~whole
+    return bool(((a.view(bits) == b.view(bits)) | neither).all())
 
 
 def _differences(sources: Sources, recorded: Sequence[Inputs]) -> list[Difference]:

@@ -34,7 +34,8 @@ class Findings:
     """All that was measured; None where the tools are missing.
 
     Attributes:
-        small: build for the Cortex-M7 in float32; data_bytes: of all its records in float32.
+        data_bytes: of all its records in float32.
+        builds: for the Cortex-M7; the first is in float32.
         runs: self-tests on emulated processors; the first is the Cortex-M7 in float32.
         solver: most iterations seen in the vectors, and the cap.
     """
@@ -43,7 +44,7 @@ class Findings:
     steps: int
     sequences: int
     data_bytes: int
-    small: Build | None
+    builds: Sequence[Build]
     runs: Sequence[TargetRun]
     misra: Mapping[str, int] | None
     coverage: Coverage | None
@@ -53,20 +54,22 @@ class Findings:
     @property
     def stack_bytes(self) -> int | None:
         """Deepest stack: counted along the calls; where the maths library is called, what was measured if more."""
-        if self.small is None:
-            return None
-        measured = [run.stack_measured for run in self.runs[:1]]
-        return self.small.stack_bytes if self.sources.translation.exact else max([self.small.stack_bytes, *measured])
+        return self._stack(self.builds[0]) if self.builds else None
+
+    def _stack(self, build: Build) -> int:
+        measured = [r.stack_measured for r in self.runs if (r.cpu, r.precision) == (build.cpu, build.precision)]
+        return build.stack_bytes if self.sources.translation.exact else max([build.stack_bytes, *measured])
 
     def to_json(self) -> dict[str, Any]:
         """Return the report as plain data."""
-        small, sources = self.small, self.sources
+        sources = self.sources
         return {
             "name": sources.part.name,
             "precision": sources.precision.name,
             "version": sources.version,
             "origin": sources.origin,
-            "code_bytes": None if small is None else small.code_bytes,
+            "parameters_id": sources.parameters_id,
+            "code_bytes": self.builds[0].code_bytes if self.builds else None,
             "data_bytes": self.data_bytes,
             "stack_bytes": self.stack_bytes,
             "instructions_worst": self.runs[0].instructions_worst if self.runs else None,
@@ -74,6 +77,7 @@ class Findings:
             "misra": None if self.misra is None else dict(self.misra),
             "maths": sorted(sources.translation.maths),
             "selftest": {"steps": self.steps, "sequences": self.sequences},
+            "builds": [asdict(build) for build in self.builds],
             "targets": [asdict(run) for run in self.runs],
             "coverage": None if self.coverage is None else asdict(self.coverage),
             "float32_against_float64": {d.output: {"largest": d.largest, "unit": d.unit} for d in self.differences},
@@ -87,29 +91,29 @@ class Findings:
     def _markdown(self) -> Iterator[str]:
         sources = self.sources
         yield from (f"# {sources.part.name}, {sources.precision.name}", "", f"{_sentence(sources.meaning)}")
-        yield from (
-            f"Version {sources.version}. Parameters: {sources.origin}.",
-            "",
-            "## On a Cortex-M7, float32, -O2",
-            "",
-        )
-        if self.small is None or not self.runs:
-            yield from (f"Not measured in full: the tool chain is missing (Debian: {PACKAGES}).", "")
-        yield from _table(
-            ("figure", "value"),
-            [
-                ("code and constants", _or_dash(self.small and self.small.code_bytes, "bytes")),
-                ("records: parameters, state, signals, scratch", f"{self.data_bytes} bytes"),
-                ("deepest stack", _or_dash(self.stack_bytes, "bytes")),
-                ("worst step", _or_dash(self.runs[0].instructions_worst if self.runs else None, "instructions")),
-                ("mean step", _or_dash(self.runs[0].instructions_mean if self.runs else None, "instructions")),
-            ],
-        )
+        yield f"Version {sources.version}. Parameters: {sources.origin}; their id is {sources.parameters_id}."
+        yield from self._target()
         yield from self._solver()
         yield from self._selftest()
         yield from self._precision()
         yield from self._coverage()
         yield from self._misra()
+
+    def _target(self) -> Iterator[str]:
+        yield from ("", "## On a Cortex-M7, at -O2", "")
+        if not self.builds or not self.runs:
+            yield from (f"Not measured in full: the tool chain is missing (Debian: {PACKAGES}).", "")
+        rows: list[Sequence[object]] = []
+        for build in self.builds:
+            run = next((r for r in self.runs if (r.cpu, r.precision) == (build.cpu, build.precision)), None)
+            counts = ("–", "–") if run is None else (run.instructions_worst, run.instructions_mean)
+            rows.append((build.precision, build.code_bytes, build.data_bytes, self._stack(build), *counts))
+        header = ("precision", "code and constants, bytes", "records, bytes", "deepest stack, bytes")
+        yield from _table((*header, "worst step, instructions", "mean step, instructions"), rows)
+        yield from (
+            "",
+            f"A step is due every {self.sources.part.period:g} s. Records are parameters, state and signals.",
+        )
 
     def _solver(self) -> Iterator[str]:
         if self.solver is not None:
@@ -167,10 +171,6 @@ class Findings:
 
 def _sentence(text: str) -> str:
     return text[:1].upper() + text[1:] + "."
-
-
-def _or_dash(number: int | None, unit: str) -> str:
-    return "–" if number is None else f"{number} {unit}"
 
 
 def _table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> Iterator[str]:

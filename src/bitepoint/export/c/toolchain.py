@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
@@ -13,8 +14,10 @@ from pathlib import Path
 from bitepoint.export.c import coverage
 from bitepoint.export.c.coverage import Coverage
 from bitepoint.export.c.sources import Sources
+from bitepoint.kernels.c99.host import compiler
 
 CROSS = "arm-none-eabi-gcc"
+SIZE = "arm-none-eabi-size"
 EMULATOR = "qemu-system-arm"
 CPUS = {"cortex-m7": "fpv5-d16", "cortex-m4": "fpv4-sp-d16"}
 """Processors that the exported Makefile knows, with their floating-point units."""
@@ -31,9 +34,12 @@ LONGEST = 300
 
 @dataclass(frozen=True)
 class Build:
-    """Bytes of code and constants of the generated source, and of the deepest stack below its functions."""
+    """Bytes of code and constants of the generated source, of its records, and of the deepest stack, at -O2."""
 
+    cpu: str
+    precision: str
     code_bytes: int
+    data_bytes: int
     stack_bytes: int
 
 
@@ -52,7 +58,7 @@ class TargetRun:
 
 def missing() -> list[str]:
     """Return which programs of the target's tool chain are not on the path."""
-    return [program for program in ("make", CROSS, EMULATOR) if shutil.which(program) is None]
+    return [program for program in ("make", CROSS, SIZE, EMULATOR) if shutil.which(program) is None]
 
 
 def build(sources: Sources, folder: Path, work: Path, cpu: str = "cortex-m7") -> Build | None:
@@ -61,14 +67,16 @@ def build(sources: Sources, folder: Path, work: Path, cpu: str = "cortex-m7") ->
     The stack is the sum of the frames along the deepest path of calls, as the compiler counts them; what the maths
     library takes is not in it.
     """
-    if shutil.which(CROSS) is None:
+    if shutil.which(CROSS) is None or shutil.which(SIZE) is None:
         return None
     target = [f"-mcpu={cpu}", "-mthumb", "-mfloat-abi=hard", f"-mfpu={CPUS[cpu]}"]
     exact = ["-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fstack-usage"]
     file = work / f"{sources.prefix}.o"
     _run([CROSS, *target, *exact, "-c", "-o", str(file), f"{sources.prefix}.c"], folder)
-    table = _run([CROSS.replace("gcc", "size"), str(file)], folder).splitlines()
-    return Build(int(table[1].split()[0]), _deepest(sources, _frames(file.with_suffix(".su"))))
+    table = _run([SIZE, str(file)], folder).splitlines()
+    data = sum(sources.precision.layout(record).itemsize for record in sources.records.values())
+    deepest = _deepest(sources, _frames(file.with_suffix(".su")))
+    return Build(cpu, sources.precision.name, int(table[1].split()[0]), data, deepest)
 
 
 def _frames(file: Path) -> dict[str, int]:
@@ -94,8 +102,7 @@ def run_target(sources: Sources, folder: Path, work: Path, cpu: str) -> TargetRu
     """Run the self-test on an emulated processor; None where the tool chain is missing."""
     if missing():
         return None
-    command = ["make", "-s", "target", f"CPU={cpu}", f"BUILD={work}"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=LONGEST, check=False)
+    done = _finish(_make("target", work, f"CPU={cpu}"), folder)
     found = dict(re.findall(r"^(\w+)=(\d+)$", done.stdout + done.stderr, re.MULTILINE))
     if "stack_measured" not in found:
         raise RuntimeError(f"the image for {cpu} did not run:\n{done.stdout}{done.stderr}")
@@ -110,14 +117,14 @@ def run_host(folder: Path, work: Path) -> None:
         RuntimeError: it does not compile, or does not answer as recorded.
     """
     if shutil.which("make") is not None:
-        _run(["make", "-s", "test", f"BUILD={work}"], folder)
+        _run(_make("test", work), folder)
 
 
 def measure_coverage(sources: Sources, folder: Path, work: Path) -> Coverage | None:
     """Return what the vectors reach of the generated source; None where gcc's gcov or make is missing."""
     if not coverage.available() or shutil.which("make") is None:
         return None
-    _run(["make", "-s", "coverage", f"BUILD={work}"], folder)
+    _run(_make("coverage", work), folder)
     file = work / f"selftest-coverage-{sources.prefix}.gcov.json.gz"
     return coverage.read(file, folder / f"{sources.prefix}.c")
 
@@ -128,15 +135,34 @@ def misra(sources: Sources, folder: Path) -> dict[str, int] | None:
         return None
     files = [f"{sources.prefix}.c", f"{sources.prefix}_parameters.c"]
     command = ["cppcheck", "--addon=misra", "--std=c99", "--quiet", "--template={id}", "-I.", *files]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=LONGEST, check=False)
-    if "misra.py" in done.stderr or done.returncode != 0:
+    done = _finish(command, folder)
+    lines = [*done.stdout.splitlines(), *done.stderr.splitlines()]
+    if done.returncode != 0 or any(" " in line for line in lines):  # findings are single words: it says what it lacks
         return None
-    counts = Counter(re.findall(r"^misra-c2012-([\d.]+)$", done.stderr, re.MULTILINE))
+    counts = Counter(line.removeprefix("misra-c2012-") for line in lines if line.startswith("misra-c2012-"))
     return dict(sorted(counts.items(), key=lambda item: [int(part) for part in item[0].split(".")]))
 
 
+def _make(target: str, work: Path, *settings: str) -> list[str]:
+    """Return the command that makes a target of the exported folder; `work` lies beside the folder."""
+    return ["make", "-s", target, f"CC={compiler()}", f"BUILD=../{work.name}", *settings]
+
+
+def _finish(command: Sequence[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run a command without what the user's environment says to make and compilers."""
+    environment = {name: value for name, value in os.environ.items() if name not in _IGNORED}
+    return subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, timeout=LONGEST, check=False, env=environment
+    )
+
+
+_IGNORED = frozenset({
+    "CC", "CFLAGS", "CPPFLAGS", "LDFLAGS", "MAKEFLAGS", "MFLAGS", "MAKELEVEL", "CPU", "CROSS", "QEMU", "BUILD", "AR",
+})  # fmt: skip
+
+
 def _run(command: Sequence[str], folder: Path) -> str:
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=LONGEST, check=False)
+    done = _finish(command, folder)
     if done.returncode != 0:
         raise RuntimeError(f"{' '.join(command)} failed:\n{done.stdout}{done.stderr}")
     return done.stdout

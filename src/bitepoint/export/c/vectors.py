@@ -12,6 +12,7 @@ from bitepoint.export.c.driving import Answers, Floats, drive
 from bitepoint.export.c.driving import Sequence as Inputs
 from bitepoint.export.c.sources import Sources, ended, initialiser, number
 from bitepoint.fields import CURVE_POINTS, Field
+from bitepoint.kernels.c99.precision import whole_words
 from bitepoint.kernels.c99.text import comment, indented
 from bitepoint.recording import Recording
 from bitepoint.records import Curve, Record, RecordArray
@@ -42,7 +43,7 @@ def random(part: Part, runs: Sequence[Inputs]) -> Iterator[Inputs]:
         table = _wild(part, rng) if seed % 2 == 0 else _disturbed(part, run, rng)
         _break(table, float(rng.choice([0.0, 0.02])), rng)
         parameters = part.parameters[:1].copy()
-        _vary(parameters[0], part.parameters_type, rng)
+        _vary(parameters[0], part.parameters_type, rng, revive=rng.random() < 0.3)
         yield Inputs(f"random {seed}", parameters, np.ascontiguousarray(table))
 
 
@@ -111,19 +112,22 @@ def _approach(table: Floats, fields: Sequence[Field], rng: np.random.Generator) 
             table[some, column] = np.clip(near, field.low, field.high)
 
 
-def _vary(record: Any, kind: type[Record], rng: np.random.Generator) -> None:
-    """Change numbers of one record at random, within their ranges."""
+def _vary(record: Any, kind: type[Record], rng: np.random.Generator, *, revive: bool) -> None:
+    """Change numbers of one record at random, within their ranges; `revive` some of those that are 0."""
     for name, field in kind.fields.items():
         if field.kind == "curve":
             record[name] = _curve(field, rng)[0]
         elif field.record is not None:
             for item in np.atleast_1d(record[name]):
-                _vary(item, field.record, rng)
+                _vary(item, field.record, rng, revive=revive)
         elif field.kind == "int":
             continue  # a choice, whose other values need more than a number
         else:
-            factor = np.exp(rng.uniform(-1.0, 1.0, field.shape or None))
-            value = np.where(rng.random(field.shape or None) < 0.1, 0.0, record[name] * factor)
+            shape = field.shape or None
+            span = min(field.high - field.low, 1e6) * 10.0 ** rng.uniform(-4, 0)
+            value = np.where(rng.random(shape) < 0.1, 0.0, record[name] * np.exp(rng.uniform(-1.0, 1.0, shape)))
+            if revive:
+                value = np.where((value == 0.0) & (rng.random(shape) < 0.7), rng.uniform(-span, span, shape), value)
             record[name] = np.clip(value, field.low, field.high)
 
 
@@ -153,6 +157,7 @@ def _header(sources: Sources, sequences: Sequence[Inputs]) -> Iterator[str]:
     real, integer = sources.precision.real, sources.precision.integer
     rows = sum(len(sequence.inputs) for sequence in sequences)
     inputs, outputs = len(sources.part.inputs.fields), len(sources.part.outputs.fields)
+    whole = whole_words(sources.records["state"])
     yield from comment("Recorded vectors; row by row, the first row of each sequence is what init sees and shows.")
     yield from ("#ifndef VECTORS_H", "#define VECTORS_H", "", f'#include "{sources.prefix}.h"', "")
     yield f"#define VECTORS_SEQUENCES ({len(sequences)}U)"
@@ -164,6 +169,7 @@ def _header(sources: Sources, sequences: Sequence[Inputs]) -> Iterator[str]:
     yield f"extern const {real} vectors_inputs[{rows}][{inputs}];"
     yield f"extern const {real} vectors_outputs[{rows}][{outputs}];"
     yield f"extern const {integer} vectors_status[{rows}];"
+    yield f"extern const bool vectors_whole[{whole.size}]; /* which words of the state are integers */"
     yield from ("", "#endif")
 
 
@@ -196,6 +202,11 @@ def _source(sources: Sources, sequences: Sequence[Inputs], expected: Sequence[An
         yield from (f"    {{{', '.join(number(value, 'float', precision) for value in row)}}}," for row in table)
         yield from ("};", "")
     statuses = np.concatenate([answer.statuses for answer in expected])
+    flags = ["true" if flag else "false" for flag in whole_words(record["state"])]
+    yield f"const bool vectors_whole[{len(flags)}] ="
+    yield "{"
+    yield from (f"    {', '.join(flags[n : n + 16])}," for n in range(0, len(flags), 16))
+    yield from ("};", "")
     yield f"const {precision.integer} vectors_status[{len(statuses)}] ="
     yield "{"
     for first in range(0, len(statuses), 40):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import os
+import platform
 import shutil
 import subprocess
 import tempfile
@@ -31,17 +32,28 @@ ENTRY_NAME = "bitepoint_entry"
 INCLUDES = "#include <float.h>\n#include <math.h>\n"
 
 
+_LAUNCHERS = ("ccache", "distcc", "sccache")
+_ALIKE = {"arm64": "aarch64", "amd64": "x86_64"}
+
+
+def _is_native(program: str) -> bool:
+    """Return whether a compiler makes code for this machine, as far as it says."""
+    done = subprocess.run([program, "-dumpmachine"], capture_output=True, text=True, check=False)
+    target, own = done.stdout.strip().partition("-")[0].lower(), platform.machine().lower()
+    return done.returncode == 0 and (not target or _ALIKE.get(target, target) == _ALIKE.get(own, own))
+
+
 @cache
 def compiler() -> str:
-    """Return the path of this machine's C compiler: $CC, or gcc, clang or cc.
+    """Return the path of this machine's C compiler: $CC where that compiles for this machine, or gcc, clang or cc.
 
     Raises:
         InputError: there is none.
     """
-    named = os.environ.get("CC", "").split()
-    for candidate in (*named[:1], "gcc", "clang", "cc"):
+    words = [word for word in os.environ.get("CC", "").split() if Path(word).name not in _LAUNCHERS and word[0] != "-"]
+    for candidate in (*words[:1], "gcc", "clang", "cc"):
         found = shutil.which(candidate)
-        if found is not None:
+        if found is not None and _is_native(found):
             return found
     raise InputError("C compiler", "none of gcc, clang and cc is on the path", "install one, such as Debian's gcc")
 

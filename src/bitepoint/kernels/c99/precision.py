@@ -58,18 +58,18 @@ class Precision:
         floats = words.view(np.float64)
         with np.errstate(over="ignore"):
             result = floats.astype(self.real_dtype)
-        whole = np.flatnonzero(_integers(record))
+        whole = np.flatnonzero(whole_words(record))
         result.view(self.integer_dtype)[:, whole] = words[:, whole]
         return result.reshape(-1).view(self.layout(record))
 
 
-def _integers(record: type[Record]) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    """Return for each word of a record whether it is an integer."""
+def whole_words(record: type[Record]) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Return for each word of a record, in the order of its memory, whether it is an integer."""
     parts: list[np.ndarray[Any, np.dtype[np.bool_]]] = []
     for field in record.fields.values():
         size = int(np.prod(field.shape, dtype=int))
         if field.record is not None:
-            parts.append(np.tile(_integers(field.record), size))
+            parts.append(np.tile(whole_words(field.record), size))
         else:
             parts.append(np.full(size, field.kind == "int"))
     return cast("np.ndarray[Any, np.dtype[np.bool_]]", np.concatenate(parts))
