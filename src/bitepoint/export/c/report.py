@@ -13,9 +13,9 @@ from bitepoint.units import display
 
 DEVIATIONS: Mapping[str, str] = {
     "2.3": "bitepoint_types.h serves both precisions; each export uses one of its two floats",
-    "2.5": "the period is a macro for the caller",
+    "2.5": "period and id of the parameters are macros for the caller",
     "15.4": "a search ends where it has found, and where its data end",
-    "8.7": "init, step and version are for the caller, who is not here",
+    "8.7": "functions, parameters and version are for the caller, who is not here",
 }
 """Rules of MISRA C:2012 that generated code departs from, and why."""
 
