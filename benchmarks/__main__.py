@@ -7,7 +7,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from benchmarks import launches, processes, results, steps, yardstick
+from benchmarks import launches, processes, qp, results, steps, yardstick
 
 
 def main() -> None:
@@ -25,6 +25,8 @@ def main() -> None:
         ):  # fmt: skip
             _say(f"measuring: {what}")
             figures += measure(compiled)
+        _say("measuring: quadratic programmes")
+        figures += qp.measure(Path(folder))
         _say("measuring: whole processes")
         figures += processes.measure()
     results.save(figures)

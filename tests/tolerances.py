@@ -23,3 +23,12 @@ PUBLISHED_JERK = 0.10
 
 ROUNDING = 1e-12
 """Relative: two orders of the same sums."""
+
+QP_RESIDUAL = 1e-9
+"""Relative: optimality conditions of a quadratic programme, as asked for; measured 1e-14, and 2e-12 for rows that are
+nearly parallel, where it is the violation that counts as none."""
+
+QP_POINT = 1e-6
+QP_OBJECTIVE = 1e-7
+"""Relative distance to other solvers in the metric of the Hessian, and of the objective; measured 1e-12, and 6e-8 and
+8e-9 for rows that are nearly parallel: DAQP lets rows be violated by 1e-9 (its tolerance, set so)."""

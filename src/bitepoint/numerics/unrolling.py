@@ -1,0 +1,58 @@
+"""Kernels whose innermost loops are written out."""
+
+from __future__ import annotations
+
+import ast
+import copy
+from collections.abc import Mapping
+from typing import Any
+
+from bitepoint.kernels import Kernel
+
+
+def unrolled(kernel: Kernel[..., Any], name: str, meanings: Mapping[str, Any], bound: str) -> Kernel[..., Any]:
+    """Return `kernel` with other meanings, its innermost loops over the constant `bound` written out.
+
+    A short loop costs a small processor three times what it does inside, and compilers for these write it out only at
+    settings that nobody uses. Loops in whose body there is a loop, or a break, stay.
+
+    Args:
+        kernel: the kernel, with loops `for j in range(BOUND)` or `range(1, BOUND)`.
+        name: of the new one. Its text is generated: `Kernel.specialise` keeps the lines of the file.
+        meanings: what global names stand for, as in `Kernel.specialise`; `bound` is among them.
+        bound: name of the constant.
+    """
+    node = copy.deepcopy(kernel.source.node)
+    node.name = name
+    node.decorator_list = []
+    text = ast.unparse(ast.fix_missing_locations(_Unroller(bound, meanings[bound]).visit(node)))
+    return Kernel.generate(name, f"{text}\n", {**kernel.source.namespace, **meanings})
+
+
+class _Unroller(ast.NodeTransformer):
+    """Exchanges loops over one constant for copies of their body."""
+
+    def __init__(self, bound: str, length: int) -> None:
+        self.starts = {f"range({bound})": 0, f"range(1, {bound})": 1}
+        self.length = length
+
+    def visit_For(self, node: ast.For) -> Any:
+        """Return the copies of the body, or the loop as it is."""
+        inner = any(isinstance(part, ast.For | ast.Break) for line in node.body for part in ast.walk(line))
+        start = self.starts.get(ast.unparse(node.iter))
+        if inner or start is None or not isinstance(node.target, ast.Name):
+            return self.generic_visit(node)
+        turns = [_Exchange(node.target.id, turn) for turn in range(start, self.length)]
+        return [turn.visit(copy.deepcopy(line)) for turn in turns for line in node.body]
+
+
+class _Exchange(ast.NodeTransformer):
+    """Exchanges a name for a number."""
+
+    def __init__(self, name: str, number: int) -> None:
+        self.name = name
+        self.number = number
+
+    def visit_Name(self, node: ast.Name) -> ast.AST:
+        """Return the number in place of the name."""
+        return ast.Constant(self.number) if node.id == self.name else node
