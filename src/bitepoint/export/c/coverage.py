@@ -46,11 +46,6 @@ class Coverage:
     branches_reached: int
     missing: tuple[Missing, ...]
 
-    @property
-    def unexplained(self) -> int:
-        """Number of lines with something missing that nobody has given a reason for."""
-        return sum(not missing.reason for missing in self.missing)
-
 
 def available() -> bool:
     """Whether gcc and its gcov are here, whatever else compiles."""
@@ -104,8 +99,7 @@ class Probe:
         self.last = len("\n".join(text).splitlines()) - len(_DUMP.splitlines())
         text += [*entry(part.init, translation, "probe_init"), *entry(part.step, translation, "probe_step"), ""]
         (folder / "probe.c").write_text("\n".join(text), encoding="utf-8")
-        flags = [flag for flag in FLAGS if flag != "-O2"]
-        command = ["gcc", *flags, "-O0", "--coverage", "-shared", "-fPIC", "-o", "probe.so", "probe.c", "-lm"]
+        command = ["gcc", *FLAGS, "-O0", "--coverage", "-shared", "-fPIC", "-o", "probe.so", "probe.c", "-lm"]
         subprocess.run(command, cwd=folder, check=True, capture_output=True)
         self.library = ctypes.CDLL(str(folder / "probe.so"))
         self.init = ENTRY(ctypes.cast(self.library.probe_init, ctypes.c_void_p).value or 0)

@@ -26,7 +26,7 @@ from bitepoint.kernels.c99 import FLOAT32
 from bitepoint.kernels.c99.host import compiler
 from bitepoint.kernels.c99.precision import whole_words
 from bitepoint.simulation.run import Simulation
-from bitepoint.simulation.system import Imperfections, Part
+from bitepoint.simulation.system import Imperfections, Part, argument_types
 
 MOST_BYTES = 1_000_000
 """Most bytes that the records of one part may take on an ECU."""
@@ -84,8 +84,7 @@ def record(found: Subject, rows: int = RECORDED_ROWS) -> Iterator[Inputs]:
 
 
 def _refuse_large(part: Part) -> None:
-    types = (part.parameters_type, part.state, part.inputs, part.outputs, *([part.work] if part.work else []))
-    size = sum(record.dtype.itemsize for record in types)
+    size = sum(record.dtype.itemsize for record in argument_types(part))
     if size > MOST_BYTES:
         raise InputError(part.name, f"its records take {size} bytes", f"expected at most {MOST_BYTES} on an ECU")
 
@@ -114,7 +113,7 @@ def _write(sources: Sources, recorded: Sequence[Inputs], folder: Path, work: Pat
         sources=sources,
         steps=sum(len(sequence.inputs) - 1 for sequence in sequences),
         sequences=len(sequences),
-        data_bytes=sum(small.precision.layout(record).itemsize for record in small.records.values()),
+        data_bytes=small.data_bytes,
         builds=[built for built in builds if built is not None],
         runs=[run for run in runs if run is not None],
         misra=toolchain.misra(sources, folder),

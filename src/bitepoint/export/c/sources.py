@@ -11,7 +11,7 @@ from typing import Any
 from bitepoint.kernels.c99 import Precision, Translation, translate
 from bitepoint.kernels.c99.text import comment, indented, real_literal
 from bitepoint.kernels.c99.translate import TYPES
-from bitepoint.records import Field, Record, RecordArray
+from bitepoint.records import Field, Record
 from bitepoint.simulation.system import Part, argument_types
 from bitepoint.version import __version__
 
@@ -49,6 +49,11 @@ class Sources:
     def records(self) -> dict[str, type[Record]]:
         """Its records by role: parameters, state, inputs, outputs, and work where it has scratch."""
         return {role: record for record, role in argument_types(self.part).items()}
+
+    @property
+    def data_bytes(self) -> int:
+        """Bytes that its records take in this precision."""
+        return sum(self.precision.layout(record).itemsize for record in self.records.values())
 
     def type(self, role: str) -> str:
         """Return the name of the struct of a role."""
@@ -205,8 +210,3 @@ def number(value: Any, kind: str, precision: Precision) -> str:
 
 def _lines(lines: Iterator[str]) -> str:
     return "\n".join(lines).rstrip("\n") + "\n"
-
-
-def parameters_in(array: RecordArray, record: type[Record], precision: Precision) -> RecordArray:
-    """Return records as C holds them in this precision."""
-    return array if precision.size == 8 else precision.convert(array, record)

@@ -11,6 +11,7 @@ from typing import Any
 from bitepoint.errors import InputError
 from bitepoint.export.c.sources import Sources
 from bitepoint.kernels import Kernel
+from bitepoint.kernels.c99.host import EXACT
 from bitepoint.simulation.system import argument_types
 from bitepoint.version import __version__
 
@@ -27,15 +28,15 @@ def templates() -> Mapping[str, str]:
 
 def filled(sources: Sources) -> dict[str, str]:
     """Return the files made of the templates for one part."""
-    exact = sources.translation.exact
     roles = [role for role in sources.records if role != "parameters"]
     words = {
         "name": sources.part.name,
         "prefix": sources.prefix,
         "real": sources.precision.real,
         "integer": sources.precision.integer,
-        "tolerance": "0.0" if exact else LOOSE[sources.precision.size],
+        "tolerance": "0.0" if sources.translation.exact else LOOSE[sources.precision.size],
         "cmake_version": __version__,
+        "exact": " ".join(EXACT),
         "instances": "\n".join(f"{sources.type(role)} {sources.instance(role)};" for role in roles),
         "clear": "\n".join(
             f"        (void)memset(&{sources.instance(role)}, 0, sizeof({sources.instance(role)}));" for role in roles

@@ -14,7 +14,7 @@ from pathlib import Path
 from bitepoint.export.c import coverage
 from bitepoint.export.c.coverage import Coverage
 from bitepoint.export.c.sources import Sources
-from bitepoint.kernels.c99.host import compiler
+from bitepoint.kernels.c99.host import FLAGS, compiler
 
 CROSS = "arm-none-eabi-gcc"
 SIZE = "arm-none-eabi-size"
@@ -70,13 +70,11 @@ def build(sources: Sources, folder: Path, work: Path, cpu: str = "cortex-m7") ->
     if shutil.which(CROSS) is None or shutil.which(SIZE) is None:
         return None
     target = [f"-mcpu={cpu}", "-mthumb", "-mfloat-abi=hard", f"-mfpu={CPUS[cpu]}"]
-    exact = ["-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fstack-usage"]
     file = work / f"{sources.prefix}.o"
-    _run([CROSS, *target, *exact, "-c", "-o", str(file), f"{sources.prefix}.c"], folder)
+    _run([CROSS, *target, *FLAGS, "-fstack-usage", "-c", "-o", str(file), f"{sources.prefix}.c"], folder)
     table = _run([SIZE, str(file)], folder).splitlines()
-    data = sum(sources.precision.layout(record).itemsize for record in sources.records.values())
     deepest = _deepest(sources, _frames(file.with_suffix(".su")))
-    return Build(cpu, sources.precision.name, int(table[1].split()[0]), data, deepest)
+    return Build(cpu, sources.precision.name, int(table[1].split()[0]), sources.data_bytes, deepest)
 
 
 def _frames(file: Path) -> dict[str, int]:

@@ -20,7 +20,10 @@ from bitepoint.kernels.c99.precision import FLOAT64, Precision
 from bitepoint.kernels.c99.translate import TYPES, Translation, translate
 from bitepoint.kernels.kernel import Kernel
 
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-builtin-pow")
+EXACT = ("-ffp-contract=off", "-fno-math-errno", "-fno-builtin-pow")
+"""What the last bits depend on, for every compiler and every processor."""
+
+FLAGS = ("-std=c99", "-O2", *EXACT)
 """How generated C is compiled here: in its standard, without fused multiply-add, every power by the library."""
 
 STRICT = ("-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror")
