@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from bitepoint.kernels.c99 import Precision, translate
+from bitepoint.export.c.sources import Sources
+from bitepoint.kernels.c99 import Precision
 from bitepoint.records import Curve, Field, Record
-from bitepoint.simulation.system import Part, argument_types
+from bitepoint.simulation.system import Part
 
 
 @dataclass(frozen=True)
@@ -61,10 +62,8 @@ def symbols(part: Part, precision: Precision) -> dict[str, tuple[str, type[Recor
     Raises:
         SubsetError, InputError: the part cannot be translated; see `kernels.c99.translate`.
     """
-    roles = argument_types(part)
-    public: Mapping[str, Any] = {f"{part.name}_init": part.init, f"{part.name}_step": part.step}
-    names = translate(part.name, public, precision, roles).type_names
-    return {names[record].removesuffix("_t"): (role, record) for record, role in roles.items()}
+    sources = Sources(part, precision, "", "")
+    return {sources.instance(role): (role, record) for role, record in sources.records.items()}
 
 
 def symbol_sizes(part: Part, precision: Precision) -> dict[str, int]:

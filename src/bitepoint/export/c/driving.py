@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -74,6 +74,14 @@ def _entry(kernel: Kernel[..., Any], life: Life, precision: Precision) -> Entry:
     return ENTRY(host_entry(kernel, precision))
 
 
+def iteration_counts(part: Part) -> Iterator[tuple[str, str, int]]:
+    """Yield role, path and cap of every count of a solver's iterations in the memory of a part."""
+    for record, role in argument_types(part).items():
+        for path, field in record.table() if role != "parameters" else ():
+            if path.rpartition(".")[2] == "iterations" and field.kind == "int":
+                yield role, path, int(field.high)
+
+
 class _Driver:
     """The memory of one part in one precision."""
 
@@ -88,10 +96,7 @@ class _Driver:
         self.period = np.array([part.period], precision.real_dtype)
         self.status = np.zeros(1, precision.integer_dtype)
         self.counters = [
-            self.records[role].locate(self.memory[role], path, role)[1]
-            for role in self.memory
-            for path, field in self.records[role].table()
-            if path.rpartition(".")[2] == "iterations" and field.kind == "int"
+            self.records[role].locate(self.memory[role], path, role)[1] for role, path, _ in iteration_counts(part)
         ]
 
     def run(self, sequence: Sequence, init: Entry, step: Entry) -> Answers:

@@ -16,7 +16,7 @@ import numpy as np
 from bitepoint.errors import InputError
 from bitepoint.export.c import toolchain, vectors
 from bitepoint.export.c.coverage import choose
-from bitepoint.export.c.driving import Answers, Floats, drive
+from bitepoint.export.c.driving import Answers, Floats, drive, iteration_counts
 from bitepoint.export.c.driving import Sequence as Inputs
 from bitepoint.export.c.report import Difference, Findings
 from bitepoint.export.c.sources import Sources
@@ -180,13 +180,7 @@ def _differences(sources: Sources, recorded: Sequence[Inputs]) -> list[Differenc
 
 def _solver(sources: Sources, expected: Sequence[Answers]) -> tuple[int, int] | None:
     seen = [answer.iterations for answer in expected if answer.iterations is not None]
-    caps = [
-        int(f.high)
-        for role, record in sources.records.items()
-        if role != "parameters"
-        for path, f in record.table()
-        if path.rpartition(".")[2] == "iterations" and f.kind == "int"
-    ]
+    caps = [cap for _, _, cap in iteration_counts(sources.part)]
     return (max(seen), max(caps)) if seen and caps else None
 
 
