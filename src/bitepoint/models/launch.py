@@ -1,0 +1,100 @@
+"""The reduced launch model: an engine, a slipping clutch, and a vehicle on a rigid driveline.
+
+    Je dwe/dt = Te - Tc - ce we            J dwc/dt = eta Tc - Tv / i,   wc = i wv
+
+with everything behind the clutch at the speed of the clutch, wc. The vehicle's motion is free of shaft oscillations,
+which a predictive controller cannot damp at 100 Hz, and which cancel over a launch.
+
+    Je = Ie + lambda      J = I1 eta + (J6 + Iv) / i^2     (plate, axle side of the gearbox, vehicle)
+
+Derived from the plant of [1, eq. 9] with rigid shafts.
+
+[1] Yang et al., doi:10.11835/j.issn.1000-582X.2020.014
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bitepoint.models.arx import ArxModel
+from bitepoint.numerics.discretisation import zero_order_hold
+from bitepoint.parts.gears import axle_side_inertia, overall_ratio
+from bitepoint.records import RecordArray
+
+OUTPUTS = ("engine_speed", "slip")
+INPUTS = ("clutch_torque",)
+DISTURBANCES = ("engine_torque", "load_torque")
+
+
+@dataclass(frozen=True)
+class LaunchModel:
+    """A vehicle that moves off, reduced to two inertias.
+
+    Attributes:
+        engine_inertia: Je, kg m^2; engine_friction: ce, N m s/rad.
+        ratio: i, engine side speed over wheel speed; efficiency: eta of the gears, driving.
+        inertia: J, of all behind the clutch, at the clutch, kg m^2.
+        wheel_radius: m.
+        torque_limit: of the clutch, N m; torque_rate_limit: N m/s.
+    """
+
+    engine_inertia: float
+    engine_friction: float
+    ratio: float
+    efficiency: float
+    inertia: float
+    wheel_radius: float
+    torque_limit: float
+    torque_rate_limit: float
+
+    @staticmethod
+    def of(vehicle: RecordArray) -> LaunchModel:
+        """Return the model of a vehicle: one record with the blocks vehicle, engine, clutch and gearbox."""
+        body, engine, clutch, gearbox = (vehicle[block] for block in ("vehicle", "engine", "clutch", "gearbox"))
+        ratio = float(overall_ratio.run(gearbox.copy(), life="interpreted")[0])
+        axle = float(axle_side_inertia.run(gearbox.copy(), life="interpreted")[0])
+        efficiency, radius = float(gearbox["efficiency"][0]), float(body["wheel_radius"][0])
+        behind = efficiency * float(clutch["plate_inertia"][0])
+        return LaunchModel(
+            engine_inertia=float(engine["inertia"][0] + engine["transient_loss"][0]),
+            engine_friction=float(engine["friction"][0]),
+            ratio=ratio,
+            efficiency=efficiency,
+            inertia=behind + (axle + float(body["mass"][0]) * radius**2) / ratio**2,
+            wheel_radius=radius,
+            torque_limit=float(clutch["torque_limit"][0]),
+            torque_rate_limit=float(clutch["torque_rate_limit"][0]),
+        )
+
+    @property
+    def metres_per_radian(self) -> float:
+        """Vehicle speed over clutch speed, m."""
+        return self.wheel_radius / self.ratio
+
+    def torque_rate(self, jerk: float) -> float:
+        """Return the change rate of the clutch torque, N m/s, that makes the vehicle jerk by `jerk` (m/s^3)."""
+        return jerk / self.metres_per_radian * self.inertia / self.efficiency
+
+    def arx(self, period: float) -> ArxModel:
+        """Return the model as a difference model of order (1, 1, 1), exact for inputs that are held over `period` (s).
+
+        Outputs are engine speed and slip, the input is the clutch torque, disturbances are the engine torque without
+        viscous friction, and the load torque at the wheels.
+        """
+        drag = self.engine_friction / self.engine_inertia
+        a = np.array([[-drag, 0.0], [-drag, 0.0]])
+        engine, vehicle = 1.0 / self.engine_inertia, 1.0 / self.inertia
+        b = np.array(
+            [
+                [-engine, engine, 0.0],
+                [-engine - self.efficiency * vehicle, engine, vehicle / self.ratio],
+            ]
+        )
+        transition, effect = zero_order_hold(a, b, period)
+        return ArxModel(
+            OUTPUTS, INPUTS, DISTURBANCES, period,
+            transition[np.newaxis], effect[np.newaxis, :, :1], effect[np.newaxis, :, 1:], np.zeros((0, 2, 2)),
+            {"source": "reduced launch model"},
+        )  # fmt: skip
