@@ -1,0 +1,1 @@
+"""From measured or generated data to models: what controllers are designed from."""

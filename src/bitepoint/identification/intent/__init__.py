@@ -1,0 +1,1 @@
+"""Launch intention: generated drivers, the windows of their launches, training and figures of the network."""

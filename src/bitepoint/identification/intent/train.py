@@ -1,0 +1,225 @@
+"""Training of the intention network: `python -m bitepoint.identification.intent.train`.
+
+Draws launches of synthetic drivers (for training, for choosing the epoch, and for the figures: no driver is in two of
+them), trains the network with PyTorch, tunes the pedal rule on the same training launches, and writes both with their
+figures into the file that ships. PyTorch is needed here and nowhere else: `pip install 'bitepoint[intent]'`.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from bitepoint.controllers.launch_intent import CONTROLLER, LaunchIntentCalibration
+from bitepoint.errors import BitepointError, InputError
+from bitepoint.files import library_folder
+from bitepoint.identification.intent import drivers
+from bitepoint.identification.intent.decisions import Windows, windows
+from bitepoint.identification.intent.figures import Figures, figures
+from bitepoint.identification.intent.launches import PERIOD, Launches, draw_launches
+from bitepoint.identification.intent.rule import Rule, tune_rule
+from bitepoint.numerics.lstm import CLASSES, HIDDEN, INPUTS
+from bitepoint.recording import Floats
+from bitepoint.records import RecordArray
+
+FILE = library_folder("controllers") / "launch_intent_trained.yaml"
+
+EACH = 25
+DRIVERS = {"training": 240, "validation": 60, "test": 100}
+SEEDS = {"training": 1, "validation": 2, "test": 3}
+"""Launches of each driver, drivers, and seeds of the generator, by purpose."""
+
+EPOCHS, BATCH, LEARNING_RATE = 80, 200, 5e-3
+EARLY_WEIGHT = 0.1
+"""Weight, in training, of samples before the first decision, relative to the others."""
+
+REFERENCES, REFERENCE_SAMPLES = 3, (0, 27, 99, 199)
+"""Test launches, and samples of their windows, whose scores by PyTorch are kept to hold the kernel to."""
+
+DIGITS = 7
+
+
+@dataclass(frozen=True)
+class Lot:
+    """Launches for one purpose with their windows."""
+
+    launches: Launches
+    windows: Windows
+
+
+def draw_lot(purpose: str, settings: RecordArray) -> Lot:
+    """Return the launches for "training", "validation" or "test", with the windows that `settings` make of them."""
+    launches = draw_launches(SEEDS[purpose], DRIVERS[purpose], EACH)
+    return Lot(launches, windows(settings, launches.pedal, launches.speed))
+
+
+def blank_calibration() -> dict[str, Any]:
+    """Return the values of the calibration that are not trained, with a network and a rule of zeros."""
+    zeros = LaunchIntentCalibration.to_mapping(LaunchIntentCalibration.zeros()[0])
+    shipped = CONTROLLER.calibrations()["trained"]
+    chosen = ("slip_decay", "window_shortest", "window_longest", "switch_margin", "pedal_threshold", "rate_time")
+    return {**zeros, **{key: shipped[key] for key in chosen}}
+
+
+def train(lots: dict[str, Lot], first: int, seed: int, epochs: int, torch: Any) -> dict[str, Any]:
+    """Return the weights, rounded, of the epoch that decides most of the validation rightly.
+
+    Args:
+        lots: launches for training and validation.
+        first: sample of the first decision.
+        seed: of initial weights and of the order of launches.
+        epochs: passes over the training launches.
+        torch: the library.
+    """
+    torch.manual_seed(seed)
+    scale = lots["training"].windows.inputs.std(axis=(0, 1))
+    scaled = {purpose: _tensor(torch, lot.windows.inputs / scale) for purpose, lot in lots.items()}
+    truth = {purpose: torch.as_tensor(lot.launches.intention) for purpose, lot in lots.items()}
+    network = torch.nn.ModuleDict({"lstm": torch.nn.LSTM(INPUTS, HIDDEN, batch_first=True)})
+    network["scores"] = torch.nn.Linear(HIDDEN, CLASSES)
+    optimiser = torch.optim.Adam(network.parameters(), lr=LEARNING_RATE)
+    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, epochs)
+    weight = torch.ones(scaled["training"].shape[1])
+    weight[:first] = EARLY_WEIGHT
+    best, weights = 0.0, {}
+    for epoch in range(epochs):
+        for rows in torch.randperm(len(truth["training"])).split(BATCH):
+            optimiser.zero_grad()
+            scores = _scores(network, scaled["training"][rows])
+            wanted = truth["training"][rows][:, None].expand(scores.shape[:2])
+            loss = torch.nn.functional.cross_entropy(scores.transpose(1, 2), wanted, reduction="none")
+            (loss * weight).mean().backward()
+            torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)
+            optimiser.step()
+        schedule.step()
+        with torch.no_grad():
+            decided = _scores(network, scaled["validation"])[:, first:].argmax(dim=2)
+        accuracy = float((decided == truth["validation"][:, None]).double().mean())
+        if accuracy > best:
+            best, weights = accuracy, _weights(network, scale)
+        print(f"epoch {epoch + 1:3d}: {accuracy:.4f} of the validation, best {best:.4f}", flush=True)
+    return weights
+
+
+def _tensor(torch: Any, values: Floats) -> Any:
+    return torch.as_tensor(values, dtype=torch.float32)
+
+
+def _scores(network: Any, inputs: Any) -> Any:
+    return network["scores"](network["lstm"](inputs)[0])
+
+
+def _weights(network: Any, scale: Floats) -> dict[str, Any]:
+    """Return the weights for inputs that are not scaled, as the record has them."""
+    lstm, scores = network["lstm"], network["scores"]
+    arrays = {
+        "input_weights": lstm.weight_ih_l0.detach().double().numpy() / scale,
+        "recurrent_weights": lstm.weight_hh_l0.detach().double().numpy(),
+        "biases": (lstm.bias_ih_l0 + lstm.bias_hh_l0).detach().double().numpy(),
+        "score_weights": scores.weight.detach().double().numpy(),
+        "score_biases": scores.bias.detach().double().numpy(),
+    }
+    return {name: np.vectorize(_rounded)(values).tolist() for name, values in arrays.items()}
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")
+
+
+def reference_scores(weights: dict[str, Any], inputs: Floats, torch: Any) -> list[list[list[float]]]:
+    """Return the scores of PyTorch in float64 for the rounded weights: launches, samples, classes."""
+    lstm = torch.nn.LSTM(INPUTS, HIDDEN, batch_first=True).double()
+    values = {name: torch.as_tensor(value, dtype=torch.float64) for name, value in weights.items()}
+    with torch.no_grad():
+        lstm.weight_ih_l0.copy_(values["input_weights"])
+        lstm.weight_hh_l0.copy_(values["recurrent_weights"])
+        lstm.bias_ih_l0.copy_(values["biases"])
+        lstm.bias_hh_l0.zero_()
+        outputs = lstm(torch.as_tensor(inputs))[0]
+        scores = outputs @ values["score_weights"].T + values["score_biases"]
+    return scores[:, list(REFERENCE_SAMPLES)].tolist()
+
+
+def tuned_rule(lot: Lot, first: int) -> Rule:
+    """Return the rule tuned on the training launches, over all samples from the first decision on."""
+    w, samples = lot.windows, lot.windows.highest_pedal.shape[1] - first
+    truth = np.repeat(lot.launches.intention[:, None], samples, axis=1)
+    return tune_rule(w.highest_pedal[:, first:], w.highest_rate[:, first:], truth)
+
+
+def assess(weights: dict[str, Any], rule: dict[str, float], window_shortest: Any, first: int) -> Figures:
+    """Return the figures, on the test launches, of the step function with these weights and this rule.
+
+    The network decides from `window_shortest` on; decisions count from sample `first` on.
+    """
+    values = {**blank_calibration(), **rule, "network": weights, "window_shortest": window_shortest}
+    settings = LaunchIntentCalibration.parse(values, "training")
+    lot = draw_lot("test", settings)
+    return figures(lot.windows.intention, lot.launches.intention, first)
+
+
+def _first(settings: RecordArray) -> int:
+    return round(float(settings["window_shortest"][0]) / PERIOD) - 1
+
+
+def _provenance(seed: int, epochs: int, version: str, network: Figures, rule: Figures) -> dict[str, Any]:
+    return {
+        "generator": f"bitepoint.identification.intent, version {drivers.VERSION}",
+        "drivers": DRIVERS,
+        "launches": {purpose: EACH * number for purpose, number in DRIVERS.items()},
+        "seeds": {**SEEDS, "weights": seed},
+        "epochs": epochs,
+        "library": f"PyTorch {version}",
+        "test_accuracy": {"network": round(network.accuracy, 4), "rule": round(rule.accuracy, 4)},
+        "test_confusion": {"network": network.confusion.tolist(), "rule": rule.confusion.tolist()},
+    }
+
+
+def main() -> None:
+    """Train and write the file."""
+    parser = argparse.ArgumentParser(prog="python -m bitepoint.identification.intent.train", description=__doc__)
+    parser.add_argument("--out", type=Path, default=FILE, help="file to write")
+    parser.add_argument("--seed", type=int, default=5, help="of initial weights and of the order of launches")
+    parser.add_argument("--epochs", type=int, default=EPOCHS, help="passes over the training launches")
+    options = parser.parse_args()
+    try:
+        torch: Any = import_module("torch")
+    except ImportError:
+        raise InputError("training", "PyTorch is not installed", "pip install 'bitepoint[intent]'") from None
+    blank = LaunchIntentCalibration.parse(blank_calibration(), "training")
+    lots = {purpose: draw_lot(purpose, blank) for purpose in ("training", "validation")}
+    first = _first(blank)
+    weights = train(lots, first, options.seed, options.epochs, torch)
+    found = tuned_rule(lots["training"], first)
+    rule = {"rule_lead": found.lead, "rule_normal": found.normal, "rule_urgent": found.urgent}
+    rule = {name: round(value, 4) for name, value in rule.items()}
+    by_network = assess(weights, rule, blank_calibration()["window_shortest"], first)
+    by_rule = assess(weights, rule, CONTROLLER.calibrations()["rule"]["window_shortest"], first)
+    test = draw_lot("test", blank)
+    content = {
+        "provenance": _provenance(options.seed, options.epochs, torch.__version__, by_network, by_rule),
+        "rule": rule,
+        "network": weights,
+        "reference": {
+            "samples": list(REFERENCE_SAMPLES),
+            "scores": reference_scores(weights, test.windows.inputs[:REFERENCES], torch),
+        },
+    }
+    options.out.write_text(HEADER + yaml.safe_dump(content, sort_keys=False, width=118), encoding="utf-8")
+    print(f"of the test: network {by_network.accuracy:.4f}, rule {by_rule.accuracy:.4f}; written to {options.out}")
+
+
+HEADER = "# Written by python -m bitepoint.identification.intent.train; not to be edited by hand.\n"
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except BitepointError as error:
+        raise SystemExit(f"error: {error}") from None
