@@ -80,7 +80,10 @@ class LaunchIntentCommand(Record):
     slip_decay: float = quantity("1", 0.01, 0.99, "D1: share of the slip to be removed in 10 ms")
     launch_intention: float = quantity("1", 0, 2, "0 slow, 1 normal, 2 urgent")
     intention_status: float = quantity(
-        "1", 0, 2, "0 by the network; 1 window not complete: by the rule; 2 measurement not usable: by the rule, or held"
+        "1",
+        0,
+        2,
+        "0 by the network; 1 window not complete: by the rule; 2 measurement not usable: by the rule, or held",
     )
 
 

@@ -87,8 +87,12 @@ def draw_driver(rng: np.random.Generator) -> Driver:
     )
 
 
-def press(driver: Driver, intention: int, rolling: float, time: Floats, rng: np.random.Generator) -> Floats:
-    """Return the pedal under the driver's foot, ratio, over `time` (s, shape (n,)).
+def press(
+    driver: Driver, intention: int, rolling: float, time: Floats, rng: np.random.Generator
+) -> tuple[Floats, bool]:
+    """Return the pedal under the driver's foot, ratio, over `time` (s, shape (n,)), and whether it is a plain press.
+
+    A plain press is in one stage, out of a released pedal.
 
     Args:
         driver: who presses.
@@ -103,13 +107,15 @@ def press(driver: Driver, intention: int, rolling: float, time: Floats, rng: np.
     rise = RISE[intention] * driver.rise * rng.lognormal(0.0, RISE_CHANCE)
     start = driver.dead_time * rng.uniform(0.7, 1.3)
     pedal = np.zeros_like(time)
-    if rng.random() < driver.creeping:
+    creeping = rng.random() < driver.creeping
+    if creeping:
         level, length = rng.uniform(0.015, 0.05), rng.uniform(0.2, 0.8)
         pedal += level * reach(time, start, 0.15)
         start += length
         depth -= level
     goal = depth * (1.0 + driver.overshoot * rng.uniform(0.0, 2.0))
-    if rng.random() < driver.hesitating:
+    hesitating = rng.random() < driver.hesitating
+    if hesitating:
         first, pause = goal * rng.uniform(0.35, 0.65), rng.uniform(0.15, 0.5)
         pedal += first * reach(time, start, 0.7 * rise)
         start += 0.7 * rise + pause
@@ -121,7 +127,7 @@ def press(driver: Driver, intention: int, rolling: float, time: Floats, rng: np.
     pedal -= (goal - depth) * (1.0 - np.exp(-np.maximum(time - end, 0.0) / driver.settling))
     phase = rng.uniform(0.0, 2.0 * np.pi)
     tremor = driver.tremor * np.sin(2.0 * np.pi * driver.tremor_frequency * time + phase)
-    return np.clip(pedal + np.where(pedal > 0.0, tremor, 0.0), 0.0, 1.0)
+    return np.clip(pedal + np.where(pedal > 0.0, tremor, 0.0), 0.0, 1.0), not (creeping or hesitating)
 
 
 def reach(time: Floats, start: float, length: float) -> Floats:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -33,12 +34,14 @@ class Launches:
     Attributes:
         driver: number of the driver, shape (n,).
         intention: 0 slow, 1 normal, 2 urgent, shape (n,).
+        plain: whether the press is in one stage and out of a released pedal, shape (n,).
         pedal: as its sensor says, ratio, shape (n, SAMPLES).
         speed: of the vehicle, m/s, shape (n, SAMPLES).
     """
 
     driver: Integers
     intention: Integers
+    plain: npt.NDArray[np.bool_]
     pedal: Floats
     speed: Floats
 
@@ -50,17 +53,19 @@ def draw_launches(seed: int, drivers: int, each: int) -> Launches:
     """
     chance = [np.random.default_rng([seed, number]) for number in range(drivers)]
     traces = [_launches_of(draw_driver(rng), each, rng) for rng in chance]
-    intention, pedal, speed = (np.concatenate(columns) for columns in zip(*traces, strict=True))
-    return Launches(np.repeat(np.arange(drivers), each), intention, pedal, speed)
+    columns: list[Any] = [np.concatenate(column) for column in zip(*traces, strict=True)]
+    return Launches(np.repeat(np.arange(drivers), each), *columns)
 
 
-def _launches_of(driver: Driver, each: int, rng: np.random.Generator) -> tuple[Integers, Floats, Floats]:
-    time = PERIOD * np.arange(SAMPLES)
+def _launches_of(driver: Driver, each: int, rng: np.random.Generator) -> tuple[Any, ...]:
+    """Return intention, plain, pedal and speed."""
+    time: Floats = PERIOD * np.arange(SAMPLES, dtype=np.float64)
     intentions = rng.integers(0, 3, each)
     rolling = np.where(rng.random(each) < ROLLING_SHARE, rng.uniform(0.2, FASTEST_ROLLING, each), 0.0)
-    pedals = np.array([press(driver, *start, time, rng) for start in zip(intentions, rolling, strict=True)])
+    presses = [press(driver, int(intention), v, time, rng) for intention, v in zip(intentions, rolling, strict=True)]
+    pedals, plain = np.array([pedal for pedal, _ in presses]), np.array([plain for _, plain in presses])
     seen = np.array([pedal_sensor(driver, pedal, rng) for pedal in pedals])
-    return intentions, seen, _speed_sensor(_speed(pedals, rolling, rng), rng)
+    return intentions, plain, seen, _speed_sensor(_speed(pedals, rolling, rng), rng)
 
 
 def _speed(pedals: Floats, rolling: Floats, rng: np.random.Generator) -> Floats:

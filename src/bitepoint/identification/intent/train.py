@@ -8,7 +8,6 @@ figures into the file that ships. PyTorch is needed here and nowhere else: `pip 
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -19,21 +18,23 @@ import yaml
 from bitepoint.controllers.launch_intent import CONTROLLER, LaunchIntentCalibration
 from bitepoint.errors import BitepointError, InputError
 from bitepoint.files import library_folder
-from bitepoint.identification.intent import drivers
-from bitepoint.identification.intent.decisions import Windows, windows
-from bitepoint.identification.intent.figures import Figures, figures
-from bitepoint.identification.intent.launches import PERIOD, Launches, draw_launches
-from bitepoint.identification.intent.rule import Rule, tune_rule
+from bitepoint.identification.intent.assessment import (
+    DRIVERS,
+    EACH,
+    SEEDS,
+    Lot,
+    assess,
+    assess_discriminant,
+    draw_lot,
+    first_decision,
+)
+from bitepoint.identification.intent.baselines import Rule, tune_rule
+from bitepoint.identification.intent.drivers import VERSION
 from bitepoint.numerics.lstm import CLASSES, HIDDEN, INPUTS
 from bitepoint.recording import Floats
 from bitepoint.records import RecordArray
 
 FILE = library_folder("controllers") / "launch_intent_trained.yaml"
-
-EACH = 25
-DRIVERS = {"training": 800, "validation": 60, "test": 100}
-SEEDS = {"training": 1, "validation": 2, "test": 3}
-"""Launches of each driver, drivers, and seeds of the generator, by purpose."""
 
 EPOCHS, BATCH, LEARNING_RATE = 50, 200, 5e-3
 EARLY_WEIGHT, LATE, LATE_WEIGHT = 0.1, 100, 0.3
@@ -48,26 +49,8 @@ REFERENCES, REFERENCE_SAMPLES = 3, (0, 27, 99, 199)
 DIGITS = 7
 
 
-@dataclass(frozen=True)
-class Lot:
-    """Launches for one purpose with their windows."""
-
-    launches: Launches
-    windows: Windows
-
-
-def draw_lot(purpose: str, settings: RecordArray) -> Lot:
-    """Return the launches for "training", "validation" or "test", with the windows that `settings` make of them."""
-    launches = draw_launches(SEEDS[purpose], DRIVERS[purpose], EACH)
-    return Lot(launches, windows(settings, launches.pedal, launches.speed))
-
-
-def blank_calibration() -> dict[str, Any]:
-    """Return the values of the calibration that are not trained, with a network and a rule of zeros."""
-    zeros = LaunchIntentCalibration.to_mapping(LaunchIntentCalibration.zeros()[0])
-    shipped = CONTROLLER.calibrations()["trained"]
-    chosen = ("slip_decay", "window_shortest", "window_longest", "switch_margin", "pedal_threshold", "rate_time")
-    return {**zeros, **{key: shipped[key] for key in chosen}}
+BLANK = LaunchIntentCalibration.to_mapping(LaunchIntentCalibration.zeros()[0])
+NO_RULE = dict.fromkeys(("rule_lead", "rule_normal", "rule_urgent"), 0.0)
 
 
 def train(lots: dict[str, Lot], first: int, seed: int, epochs: int, torch: Any) -> dict[str, Any]:
@@ -82,8 +65,9 @@ def train(lots: dict[str, Lot], first: int, seed: int, epochs: int, torch: Any) 
     """
     torch.manual_seed(seed)
     scale = lots["training"].windows.inputs.std(axis=(0, 1))
-    scaled = {purpose: _tensor(torch, lot.windows.inputs / scale) for purpose, lot in lots.items()}
-    truth = {purpose: torch.as_tensor(lot.launches.intention) for purpose, lot in lots.items()}
+    used = ("training", "validation")
+    scaled = {purpose: _tensor(torch, lots[purpose].windows.inputs / scale) for purpose in used}
+    truth = {purpose: torch.as_tensor(lots[purpose].launches.intention) for purpose in used}
     network = torch.nn.ModuleDict({"lstm": torch.nn.LSTM(INPUTS, HIDDEN, batch_first=True)})
     network["scores"] = torch.nn.Linear(HIDDEN, CLASSES)
     optimiser = torch.optim.Adam(network.parameters(), lr=LEARNING_RATE)
@@ -157,32 +141,10 @@ def tuned_rule(lot: Lot, first: int) -> Rule:
     return tune_rule(w.highest_pedal[:, first:], w.highest_rate[:, first:], truth)
 
 
-def assess(weights: dict[str, Any], rule: dict[str, float], window_shortest: Any, first: int) -> Figures:
-    """Return the figures, on the test launches, of the step function with these weights and this rule.
-
-    The network decides from `window_shortest` on; decisions count from sample `first` on.
-    """
-    values = {**blank_calibration(), **rule, "network": weights, "window_shortest": window_shortest}
-    settings = LaunchIntentCalibration.parse(values, "training")
-    lot = draw_lot("test", settings)
-    return figures(lot.windows.intention, lot.launches.intention, first)
-
-
-def _first(settings: RecordArray) -> int:
-    return round(float(settings["window_shortest"][0]) / PERIOD) - 1
-
-
-def _provenance(seed: int, epochs: int, version: str, network: Figures, rule: Figures) -> dict[str, Any]:
-    return {
-        "generator": f"bitepoint.identification.intent, version {drivers.VERSION}",
-        "drivers": DRIVERS,
-        "launches": {purpose: EACH * number for purpose, number in DRIVERS.items()},
-        "seeds": {**SEEDS, "weights": seed},
-        "epochs": epochs,
-        "library": f"PyTorch {version}",
-        "test_accuracy": {"network": round(network.accuracy, 4), "rule": round(rule.accuracy, 4)},
-        "test_confusion": {"network": network.confusion.tolist(), "rule": rule.confusion.tolist()},
-    }
+def _settings(calibration: str, rule: dict[str, float], weights: dict[str, Any]) -> RecordArray:
+    """Return a calibration that ships with another rule and other weights."""
+    shipped = {key: value for key, value in CONTROLLER.calibrations()[calibration].items() if key != "source"}
+    return LaunchIntentCalibration.parse({**shipped, **rule, "network": weights}, "training")
 
 
 def main() -> None:
@@ -196,27 +158,36 @@ def main() -> None:
         torch: Any = import_module("torch")
     except ImportError:
         raise InputError("training", "PyTorch is not installed", "pip install 'bitepoint[intent]'") from None
-    blank = LaunchIntentCalibration.parse(blank_calibration(), "training")
-    lots = {purpose: draw_lot(purpose, blank) for purpose in ("training", "validation")}
-    first = _first(blank)
+    blank = _settings("trained", NO_RULE, BLANK["network"])
+    lots = {purpose: draw_lot(purpose, blank) for purpose in DRIVERS}
+    first = first_decision(blank)
     weights = train(lots, first, options.seed, options.epochs, torch)
     found = tuned_rule(lots["training"], first)
     rule = {"rule_lead": found.lead, "rule_normal": found.normal, "rule_urgent": found.urgent}
     rule = {name: round(value, 4) for name, value in rule.items()}
-    by_network = assess(weights, rule, blank_calibration()["window_shortest"], first)
-    by_rule = assess(weights, rule, CONTROLLER.calibrations()["rule"]["window_shortest"], first)
-    test = draw_lot("test", blank)
+    figures = assess(_settings("trained", rule, weights), _settings("rule", rule, weights))
+    figures["discriminant"] = {"accuracy_at": assess_discriminant(lots["training"], lots["test"])}
+    scores = reference_scores(weights, lots["test"].windows.inputs[:REFERENCES], torch)
     content = {
-        "provenance": _provenance(options.seed, options.epochs, torch.__version__, by_network, by_rule),
+        "provenance": _provenance(options.seed, options.epochs, torch.__version__),
+        "figures": figures,
         "rule": rule,
         "network": weights,
-        "reference": {
-            "samples": list(REFERENCE_SAMPLES),
-            "scores": reference_scores(weights, test.windows.inputs[:REFERENCES], torch),
-        },
+        "reference": {"samples": list(REFERENCE_SAMPLES), "scores": scores},
     }
-    options.out.write_text(HEADER + yaml.safe_dump(content, sort_keys=False, width=118), encoding="utf-8")
-    print(f"of the test: network {by_network.accuracy:.4f}, rule {by_rule.accuracy:.4f}; written to {options.out}")
+    options.out.write_text(HEADER + yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=118), encoding="utf-8")
+    print(f"right: network {figures['network']['accuracy']}, rule {figures['rule']['accuracy']}; wrote {options.out}")
+
+
+def _provenance(seed: int, epochs: int, version: str) -> dict[str, Any]:
+    return {
+        "generator": f"bitepoint.identification.intent, version {VERSION}",
+        "drivers": DRIVERS,
+        "launches": {purpose: EACH * number for purpose, number in DRIVERS.items()},
+        "seeds": {**SEEDS, "weights": seed},
+        "epochs": epochs,
+        "library": f"PyTorch {version}",
+    }
 
 
 HEADER = "# Written by python -m bitepoint.identification.intent.train; not to be edited by hand.\n"
