@@ -175,7 +175,8 @@ def main() -> None:
         "network": weights,
         "reference": {"samples": list(REFERENCE_SAMPLES), "scores": scores},
     }
-    options.out.write_text(HEADER + yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=118), encoding="utf-8")
+    text = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=118)
+    options.out.write_text(HEADER + text, encoding="utf-8")
     print(f"right: network {figures['network']['accuracy']}, rule {figures['rule']['accuracy']}; wrote {options.out}")
 
 
