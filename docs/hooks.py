@@ -7,6 +7,7 @@ A line that holds only one of these is replaced when the site is built:
     {{ cli run }}     arguments and options of a verb of the command line; {{ cli export.c }} of a verb's own verb
     {{ rooms }}       order of the rooms, as the import linter holds it
     {{ maths }}       functions of `math` that kernels may call
+    {{ intent }}      launch intention: network and baselines on unseen drivers, as measured after the training
     {{ launches }}    published launches beside those of the shipped calibrations
 """
 
@@ -114,6 +115,39 @@ def launches() -> str:
     return table(header, rows)
 
 
+def intent() -> str:
+    """Return the tables of launch intention: rightness over time, confusion, and time until settled."""
+    from bitepoint.files import library_yaml
+
+    found = library_yaml("controllers", "launch_intent_trained.yaml")["figures"]
+    network, rule, other = (found[name] for name in ("network", "rule", "discriminant"))
+    rows = [
+        ["all", "network", *_percent(network["accuracy_at"])],
+        ["", "pedal rule", *_percent(rule["accuracy_at"])],
+        ["", "discriminant without memory", *_percent(other["accuracy_at"])],
+        ["one plain press", "network", *_percent(network["plain_at"])],
+        ["", "pedal rule", *_percent(rule["plain_at"])],
+        ["in stages, or creeping before", "network", *_percent(network["other_at"])],
+        ["", "pedal rule", *_percent(rule["other_at"])],
+    ]
+    over_time = table(["launches", "decided by", *(f"{instant:g} s" for instant in found["instants"])], rows)
+    header = ["truth", *(f"{who}: {told}" for who in ("network", "rule") for told in ("slow", "normal", "urgent"))]
+    both = zip(("slow", "normal", "urgent"), network["last"], rule["last"], strict=True)
+    confusion = table(header, [[name, *map(str, [*one, *two])] for name, one, two in both])
+    settled = [[who, *(f"{time:.2f} s" for time in found[who]["settled"])] for who in ("network", "rule")]
+    delays = table(["decided by", "half of the launches", "three quarters", "nine tenths"], settled)
+    return (
+        f"Share of launches decided rightly, by time from pedal onset:\n\n{over_time}\n\n"
+        f"Launches by truth and by what is told 2 s after pedal onset:\n\n{confusion}\n\n"
+        f"Time from pedal onset after which the intention no longer changes:\n\n{delays}"
+    )
+
+
+def _percent(shares: Iterable[float]) -> list[str]:
+    return [f"{100.0 * share:.1f} %" for share in shares]
+
+
 _TABLES: dict[str, Callable[..., str]] = {
     "record": record, "signals": signals, "cli": cli, "rooms": rooms, "maths": maths, "launches": launches,
+    "intent": intent,
 }  # fmt: skip

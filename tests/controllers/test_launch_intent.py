@@ -117,6 +117,14 @@ def test_without_a_speed_the_rule_decides(bad: float) -> None:
     assert tell(waiting, 0.0, bad) == (0.20, SLOW, INCOMPLETE)  # the window has not begun: nothing is lost
 
 
+def test_a_start_faster_than_in_training_is_left_to_the_rule() -> None:
+    for start, status in ((2.5, BY_NETWORK), (2.7, UNUSABLE)):
+        unit = bench()
+        for number, pedal in enumerate(press(0.235, 0.3)):
+            told = tell(unit, pedal, start + 0.03 * max(number - ONSET, 0))  # faster later on is what a launch is for
+        assert told[2] == status
+
+
 def test_what_it_tells_stays_in_its_ranges_whatever_comes() -> None:
     rng = np.random.default_rng(3)
     unit = bench(lanes=200)

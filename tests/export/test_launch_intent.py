@@ -71,4 +71,3 @@ def test_within_budget_on_the_target(sequences: list[Sequence], precision: Preci
         assert run.instructions_worst <= MOST_INSTRUCTIONS
         assert built.code_bytes <= MOST_CODE
         assert max(built.stack_bytes, run.stack_measured) <= MOST_STACK
-    print(precision.name, run, built)

@@ -12,7 +12,18 @@ from bitepoint.files import library_yaml
 from bitepoint.identification.intent.assessment import DRIVERS, EACH, SEEDS, assess, draw_lot
 from bitepoint.identification.intent.baselines import discriminant, tune_rule
 from bitepoint.identification.intent.decisions import calibration, windows
-from bitepoint.identification.intent.drivers import VERSION, draw_driver, press, reach
+from bitepoint.identification.intent.drivers import (
+    DEPTH,
+    DEPTH_CHANCE,
+    DEPTH_HABIT,
+    RISE,
+    RISE_CHANCE,
+    RISE_HABIT,
+    VERSION,
+    draw_driver,
+    press,
+    reach,
+)
 from bitepoint.identification.intent.figures import confusion, figures
 from bitepoint.identification.intent.launches import SAMPLES, Launches, draw_launches
 
@@ -165,6 +176,21 @@ def test_unseen_drivers_are_understood(assessed: dict[str, Any]) -> None:
     assert np.sum(network["last"]) == DRIVERS["test"] * EACH
     last = np.array(network["last"])
     assert last[SLOW, URGENT] == last[URGENT, SLOW] == 0  # the far ends are not confused in the end
+
+
+def test_no_more_can_be_told_in_the_end(assessed: dict[str, Any]) -> None:
+    """Depth and rise time, known exactly, decide no better than the network at the end of its window.
+
+    Their logarithms are normal with one covariance for all intentions, so the nearest median is the best decision.
+    """
+    spread = np.hypot([DEPTH_HABIT, RISE_HABIT], [DEPTH_CHANCE, RISE_CHANCE])
+    medians = np.log([DEPTH, RISE]).T / spread
+    truth = np.arange(300_000) % 3
+    drawn = medians[truth] + np.random.default_rng(6).normal(size=(len(truth), 2))
+    nearest = np.argmin([((drawn - median) ** 2).sum(axis=1) for median in medians], axis=0)
+    best = (nearest == truth).mean()
+    assert best == pytest.approx(0.89, abs=0.01)
+    assert assessed["network"]["accuracy_at"][-1] == pytest.approx(best, abs=0.015)
 
 
 def test_figures_that_ship_are_measured(assessed: dict[str, Any]) -> None:

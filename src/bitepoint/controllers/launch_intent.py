@@ -39,6 +39,7 @@ class LaunchIntentCalibration(Record):
     window_shortest: float = quantity("s", 0.01, 10, "time from pedal onset to the network's first decision")
     window_longest: float = quantity("s", 0.01, 10, "time from pedal onset to its last one")
     switch_margin: float = quantity("1", 0, 10, "lead in the network's score that another intention needs")
+    fastest_start: float = quantity("m/s", 0, FASTEST_LAUNCH, "speed at pedal onset above which the rule decides")
     pedal_threshold: float = quantity("1", 0.001, 0.2, "pedal above which the driver wants to move off")
     rate_time: float = quantity("s", 0, 1, "time constant of the filter of the pedal rate")
     rule_lead: float = quantity("s", 0, 10, "pedal per pedal rate")
@@ -58,7 +59,7 @@ class LaunchIntentState(Record):
 
     time: float = quantity("s", 0, 1e9, "length of the window: time since pedal onset")
     known: int = count(0, 1, "1 where the last pedal was usable")
-    broken: int = count(0, 1, "1 where a sample of the window was not usable")
+    broken: int = count(0, 1, "1 where the network cannot use the window")
     intention: int = count(0, 2, "0 slow, 1 normal, 2 urgent")
     pedal: float = quantity("1", 0, 1, "last pedal")
     pedal_rate: float = quantity("1/s", -FASTEST_PEDAL, FASTEST_PEDAL, "filtered")
@@ -83,7 +84,7 @@ class LaunchIntentCommand(Record):
         "1",
         0,
         2,
-        "0 by the network; 1 window not complete: by the rule; 2 measurement not usable: by the rule, or held",
+        "0 by the network; 1 window not complete: by the rule; 2 measurement not usable by it: by the rule, or held",
     )
 
 
@@ -110,10 +111,14 @@ def follow_pedal(c: LaunchIntentCalibration, s: LaunchIntentState, pedal: float,
 
 @kernel
 def widen_window(c: LaunchIntentCalibration, s: LaunchIntentState, speed: float, dt: float) -> None:
-    """Take the sample into the window: into what the rule looks at, and into the network's memory."""
+    """Take the sample into the window: into what the rule looks at, and into the network's memory.
+
+    A speed that is no number, or a start faster than any in training, leaves the window to the rule.
+    """
+    starting = s.time < 1.5 * dt
     s.highest_pedal = max(s.highest_pedal, s.pedal)
     s.highest_rate = max(s.highest_rate, s.pedal_rate)
-    if not is_finite(speed):
+    if not is_finite(speed) or (starting and speed > c.fastest_start):
         s.broken = 1
     if s.broken == 0:
         s.network.inputs[0] = s.pedal
@@ -176,7 +181,7 @@ def step(
     """Tell the intention for the next dt (s), 10 ms as in training; return 0.
 
     It advises, so it never ends a run: a pedal that is no number holds the intention, and a pedal or speed that is
-    none leaves the rest of the window to the rule; `intention_status` says so.
+    none, or too fast a start, leaves the window to the rule; `intention_status` says so.
     """
     status = UNUSABLE
     if not is_finite(m.pedal):

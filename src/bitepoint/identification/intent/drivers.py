@@ -101,8 +101,7 @@ def press(
         time: rising; the trace begins at rest.
         rng: chance.
     """
-    relief = 1.0 - ROLLING_RELIEF * rolling
-    depth = DEPTH[intention] * driver.depth * relief * rng.lognormal(0.0, DEPTH_CHANCE)
+    depth = DEPTH[intention] * driver.depth * (1.0 - ROLLING_RELIEF * rolling) * rng.lognormal(0.0, DEPTH_CHANCE)
     depth = float(np.clip(depth, SHALLOWEST, DEEPEST))
     rise = RISE[intention] * driver.rise * rng.lognormal(0.0, RISE_CHANCE)
     start = driver.dead_time * rng.uniform(0.7, 1.3)
@@ -116,11 +115,9 @@ def press(
     goal = depth * (1.0 + driver.overshoot * rng.uniform(0.0, 2.0))
     hesitating = rng.random() < driver.hesitating
     if hesitating:
-        first, pause = goal * rng.uniform(0.35, 0.65), rng.uniform(0.15, 0.5)
-        pedal += first * reach(time, start, 0.7 * rise)
-        start += 0.7 * rise + pause
-        pedal += (goal - first) * reach(time, start, 0.7 * rise)
-        end = start + 0.7 * rise
+        first, pause = rng.uniform(0.35, 0.65), rng.uniform(0.15, 0.5)
+        pedal += goal * in_stages(time, start, rise, first, pause)
+        end = start + 1.4 * rise + pause
     else:
         pedal += goal * reach(time, start, rise)
         end = start + rise
@@ -134,6 +131,12 @@ def reach(time: Floats, start: float, length: float) -> Floats:
     """Return the movement of least jerk from 0 to 1 that begins at `start` and takes `length` (s)."""
     share = np.clip((time - start) / length, 0.0, 1.0)
     return share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+
+
+def in_stages(time: Floats, start: float, rise: float, first: float, pause: float) -> Floats:
+    """Return a movement to `first`, a pause, and the rest of the way to 1; either stage takes 0.7 of the rise time."""
+    second = start + 0.7 * rise + pause
+    return first * reach(time, start, 0.7 * rise) + (1.0 - first) * reach(time, second, 0.7 * rise)
 
 
 def pedal_sensor(driver: Driver, pedal: Floats, rng: np.random.Generator) -> Floats:

@@ -17,7 +17,7 @@ PERIOD = 0.01
 SAMPLES = 400
 """Of a trace: 4 s, of which the first tenths are rest and the last 2 s belong to the held pedal."""
 
-ROLLING_SHARE, FASTEST_ROLLING = 0.3, 1.8
+ROLLING_SHARE, FASTEST_ROLLING = 0.3, 2.5
 """Share of launches from a rolling car, and its highest speed, m/s."""
 
 TOUCH = 0.28

@@ -50,7 +50,7 @@ DIGITS = 7
 
 
 BLANK = LaunchIntentCalibration.to_mapping(LaunchIntentCalibration.zeros()[0])
-NO_RULE = dict.fromkeys(("rule_lead", "rule_normal", "rule_urgent"), 0.0)
+NO_RULE: dict[str, float] = dict.fromkeys(("rule_lead", "rule_normal", "rule_urgent"), 0.0)
 
 
 def train(lots: dict[str, Lot], first: int, seed: int, epochs: int, torch: Any) -> dict[str, Any]:
