@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from bitepoint.controllers.launch_intent import NORMAL, SLOW, URGENT
 from bitepoint.files import library_yaml
+from bitepoint.identification.intent import train
 from bitepoint.identification.intent.assessment import DRIVERS, EACH, SEEDS, assess, draw_lot
 from bitepoint.identification.intent.baselines import discriminant, tune_rule
 from bitepoint.identification.intent.decisions import calibration, windows
@@ -26,6 +28,8 @@ from bitepoint.identification.intent.drivers import (
 )
 from bitepoint.identification.intent.figures import confusion, figures
 from bitepoint.identification.intent.launches import SAMPLES, Launches, draw_launches
+from bitepoint.report.intent import intent_figure
+from tests.conftest import Refused
 
 TRAINED = library_yaml("controllers", "launch_intent_trained.yaml")
 
@@ -211,3 +215,33 @@ def test_network_beats_a_discriminant_without_memory(assessed: dict[str, Any]) -
     for place, sample in ((0, 27), (2, 79)):
         decided = discriminant(known, training.intention, test.windows, sample)
         assert 0.68 < (decided == test.launches.intention).mean() < assessed["network"]["accuracy_at"][place]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        (["--epochs", "0"], ["--epochs: got 0"]),
+        (["--out", "no/such/file.yaml"], ["no/such/file.yaml", "folder is not there"]),
+        ([], ["PyTorch is not installed", "pip install 'bitepoint[intent]'"]),
+    ],
+)
+def test_training_refuses_before_it_begins(
+    arguments: list[str], parts: list[str], refused: Refused, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["train", *arguments])
+    monkeypatch.setitem(sys.modules, "torch", None)
+    refused(train.main, *parts)
+
+
+def test_picture_shows_shares_and_what_is_told(launches: Launches) -> None:
+    network, rule = (windows(calibration(name), launches.pedal, launches.speed) for name in ("trained", "rule"))
+    figure = intent_figure(launches, network, rule, [0, 1, 2])
+    lines = {trace.name: trace for trace in figure.data if trace.name}
+    assert set(lines) == {
+        "network, one press", "network, others", "rule, one press", "rule, others", "slow", "normal", "urgent",
+    }  # fmt: skip
+    right = (network.intention == launches.intention[:, None])[launches.plain].mean(axis=0)
+    assert lines["network, one press"].y == pytest.approx(100.0 * right)
+    bands = [trace for trace in figure.data if trace.line.width == 9]
+    told = sum(np.isfinite(trace.y).sum() for trace in bands)
+    assert told == 3 * 2 * 200  # three launches, two bands, each sample told once

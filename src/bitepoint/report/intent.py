@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import argparse
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -89,10 +89,13 @@ def _line(figure: Any, row: int, col: int, x: Floats, y: Floats, name: str, line
     figure.add_trace(trace, row=row, col=col)
 
 
-def main(out: Path) -> None:
+def main() -> None:
     """Write the page for the test drivers: a plain press, one in stages, and one that the network gets wrong."""
     from plotly import io
 
+    parser = argparse.ArgumentParser(prog="python -m bitepoint.report.intent", description=__doc__)
+    parser.add_argument("out", type=Path, help="HTML file to write")
+    out: Path = parser.parse_args().out
     library: Any = io
     lot, rule = draw_lot("test", calibration("trained")), draw_lot("test", calibration("rule")).windows
     truth, told = lot.launches.intention, lot.windows.intention[:, -1]
@@ -105,4 +108,4 @@ def main(out: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main()

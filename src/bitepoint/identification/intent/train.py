@@ -8,6 +8,7 @@ figures into the file that ships. PyTorch is needed here and nowhere else: `pip 
 from __future__ import annotations
 
 import argparse
+import sys
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from bitepoint.cache import write_atomically
 from bitepoint.controllers.launch_intent import CONTROLLER, LaunchIntentCalibration
 from bitepoint.errors import BitepointError, InputError
 from bitepoint.files import library_folder
@@ -154,6 +156,10 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=5, help="of initial weights and of the order of launches")
     parser.add_argument("--epochs", type=int, default=EPOCHS, help="passes over the training launches")
     options = parser.parse_args()
+    if options.epochs < 1:
+        raise InputError("--epochs", f"got {options.epochs}", "expected 1 or more")
+    if not options.out.parent.is_dir():
+        raise InputError(str(options.out), "its folder is not there", "name a file in one that is")
     try:
         torch: Any = import_module("torch")
     except ImportError:
@@ -176,7 +182,7 @@ def main() -> None:
         "reference": {"samples": list(REFERENCE_SAMPLES), "scores": scores},
     }
     text = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=118)
-    options.out.write_text(HEADER + text, encoding="utf-8")
+    write_atomically(options.out, (HEADER + text).encode())
     print(f"right: network {figures['network']['accuracy']}, rule {figures['rule']['accuracy']}; wrote {options.out}")
 
 
@@ -198,4 +204,5 @@ if __name__ == "__main__":
     try:
         main()
     except BitepointError as error:
-        raise SystemExit(f"error: {error}") from None
+        print(f"error: {error}", file=sys.stderr)
+        raise SystemExit(2) from None
