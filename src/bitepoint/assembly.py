@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from bitepoint.controllers import launch_pid, none
+from bitepoint.controllers import ddpc, ddpc_pso, launch_intent, launch_pid, none
 from bitepoint.controllers.controller import Controller
 from bitepoint.errors import InputError, brief
 from bitepoint.kernels import Kernel
 from bitepoint.metrics import FAMILIES
+from bitepoint.models.arx import ArxModel
 from bitepoint.numerics.filters import butterworth_forward_backward
 from bitepoint.plants import dct
 from bitepoint.plants.plant import Plant
@@ -29,7 +30,9 @@ from bitepoint.vehicles import Vehicle, load_vehicle
 PLANTS: Mapping[str, Plant] = {plant.name: plant for plant in (dct.PLANT,)}
 """All plants, by name."""
 
-CONTROLLERS: Mapping[str, Controller] = {c.name: c for c in (none.CONTROLLER, launch_pid.CONTROLLER)}
+CONTROLLERS: Mapping[str, Controller] = {
+    c.name: c for c in (none.CONTROLLER, launch_pid.CONTROLLER, ddpc.CONTROLLER, ddpc_pso.CONTROLLER)
+}
 """All controllers, by name."""
 
 PEDAL = Channel("pedal", "1", "accelerator pedal, 0 released, 1 fully pressed")
@@ -45,6 +48,9 @@ OVER = "over"
 """What errors name as the place of a value that differs between lanes."""
 
 _IMPERFECTIONS = ("lag", "delay", "noise")
+_CHOICES = ("calibration", "model", "intention")
+"""Keys of the group controller that are no numbers of its calibration."""
+
 _PEDAL_KEYS = ("column", "unit", "rest", "full", "start", "end")
 
 
@@ -103,10 +109,11 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
     profile = _pedal(manoeuvre, chosen)
     if "pedal" in chosen.choices and "duration" not in chosen.group("timing"):
         timing["duration"] = max(timing["duration"][0], profile.time[-1])
+    advisers, advised = _intention(controller, nominal, chosen)
     system = System(
         plant=_plant_part(plant, parameters, float(timing["tick"][0])),
-        controllers=[_controller_part(controller, controller.design(nominal, calibration))],
-        profiles=[profile],
+        controllers=[*advisers, _controller_part(controller, _designed(controller, nominal, calibration, chosen))],
+        profiles=[profile, *advised],
         rules=list(_rules(manoeuvre, plant)),
         imperfections=_imperfections(plant, controller, chosen),
         duration=float(timing["duration"][0]),
@@ -220,7 +227,7 @@ def _calibration(controller: Controller, settings: Mapping[str, Any], over: Lane
         raise InputError(SET, f"controller.calibration: {controller.name} has no {name}", mend)
     values = {key: value for key, value in shipped[name].items() if key != "source"}
     calibration = controller.calibration.parse(values, f"calibration {name} of {controller.name}")
-    changes = {key: value for key, value in settings.items() if key != "calibration"}
+    changes = {key: value for key, value in settings.items() if key not in _CHOICES}
     _apply(controller.calibration, calibration, changes, "controller.")
     if over:
         calibration = np.repeat(calibration, lanes)
@@ -228,6 +235,42 @@ def _calibration(controller: Controller, settings: Mapping[str, Any], over: Lane
             raise InputError(OVER, "controller.calibration: cannot differ between lanes", "run one batch for each")
         _apply(controller.calibration, calibration, over, "controller.", OVER)
     return calibration
+
+
+def _designed(
+    controller: Controller, vehicle: RecordArray, calibration: RecordArray, settings: Settings
+) -> RecordArray:
+    file = settings.group("controller").get("model")
+    if file is None:
+        return controller.design(vehicle, calibration)
+    if controller.design_on is None:
+        able = [other.name for other in CONTROLLERS.values() if other.design_on is not None]
+        mend = f"leave it out, or choose a controller that takes one: {', '.join(able)}"
+        raise InputError(SET, f"controller.model: {controller.name} takes no model", mend)
+    try:
+        return controller.design_on(vehicle, calibration, ArxModel.load(str(file)))
+    except InputError as error:
+        if error.where != "model":
+            raise
+        raise InputError(str(file), error.problem, error.mend) from None
+
+
+def _intention(controller: Controller, vehicle: RecordArray, settings: Settings) -> tuple[list[Part], list[Profile]]:
+    """Return the block that tells the launch intention, or the constant that stands for none of it."""
+    signal = launch_intent.CONTROLLER.command.fields["slip_decay"]
+    chosen = settings.group("controller").get("intention")
+    if signal.name not in controller.measurement.fields:
+        if chosen is not None:
+            raise InputError(SET, f"controller.intention: {controller.name} does not ask for it", "leave it out")
+        return [], []
+    if chosen not in (None, "pedal", "network"):
+        raise InputError(SET, f"controller.intention: got {brief(chosen)}", "expected pedal or network")
+    if chosen == "network":
+        adviser = launch_intent.CONTROLLER
+        calibration = _calibration(adviser, {}, {}, 1)
+        return [_controller_part(adviser, adviser.design(vehicle, calibration))], []
+    nothing = Channel(signal.name, signal.unit, signal.meaning)
+    return [], [Profile(nothing, np.zeros(1), np.zeros(1))]
 
 
 def _plant_part(plant: Plant, parameters: RecordArray, tick: float) -> Part:
@@ -240,7 +283,7 @@ def _plant_part(plant: Plant, parameters: RecordArray, tick: float) -> Part:
 def _controller_part(controller: Controller, parameters: RecordArray) -> Part:
     return Part(
         controller.name, controller.init, controller.step, parameters, controller.parameters, controller.state,
-        controller.measurement, controller.command, None, controller.period,
+        controller.measurement, controller.command, controller.work, controller.period,
     )  # fmt: skip
 
 

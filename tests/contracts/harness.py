@@ -69,14 +69,22 @@ class ControllerBench:
         self.s, self.m, self.c = (
             record.zeros(lanes) for record in (controller.state, controller.measurement, controller.command)
         )
-        controller.init.run(self.p, self.s, self.m, self.c, life=life)
+        self.memory = [self.p, self.s, self.m, self.c]
+        if controller.work is not None:
+            self.memory.append(controller.work.zeros(lanes))
+            self.memory[-1].view(np.int64)[...] = 7  # no step may rely on what was there
+        self.init()
+
+    def init(self) -> None:
+        """Take over."""
+        self.controller.init.run(*self.memory, life=self.life)
 
     def step(self, dt: float | None = None, **measurements: Any) -> np.ndarray:
         """Set measurements, step, and return the status of every lane."""
         for name, value in measurements.items():
             self.m[name] = value
         period = self.controller.period if dt is None else dt
-        return self.controller.step.run(self.p, self.s, self.m, self.c, period, life=self.life)
+        return self.controller.step.run(*self.memory, period, life=self.life)
 
 
 def random_signals(record: type[Record], rng: np.random.Generator, shape: tuple[int, ...]) -> dict[str, np.ndarray]:

@@ -79,7 +79,7 @@ def test_init_forgets_the_past(controller: Controller, calibration: str) -> None
     for values in sequence(controller, 1, 200):
         used.step(**values)
     used.m["pedal"] = 0.0
-    controller.init.run(used.p, used.s, used.m, used.c)
+    used.init()
     fresh = ControllerBench(controller, designed(controller, calibration))
     for values in sequence(controller, 1, 100, seed=2):
         used.step(**values)

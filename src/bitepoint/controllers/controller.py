@@ -7,10 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from bitepoint.kernels import Kernel
+from bitepoint.models.arx import ArxModel
 from bitepoint.records import Record, RecordArray
 
 Design = Callable[[RecordArray, RecordArray], RecordArray]
 """(vehicle parameters, one record; calibrations) -> controller parameters, one record per calibration."""
+
+DesignOn = Callable[[RecordArray, RecordArray, ArxModel], RecordArray]
+"""The same on a difference model that was identified; InputError where the controller cannot use it."""
 
 
 @dataclass(frozen=True)
@@ -25,8 +29,11 @@ class Controller:
         parameters: what the step reads: the calibration and what design() makes of the vehicle.
         measurement, command: signals, all floats; wired to the plant by name.
         init: kernel (parameters, state, measurement, command) for the moment the controller takes over.
-        step: kernel (parameters, state, measurement, command, dt) -> status; status 0 is good.
+        step: kernel (parameters, state, measurement, command, dt) -> status; status 0 is good. Where the controller
+            has work, both kernels take it after the command.
         period: time between two steps, s.
+        work: scratch of the kernels, or None; what is in it before a step does not matter.
+        design_on: design on a model from a file, or None where the controller takes none.
     """
 
     name: str
@@ -43,3 +50,5 @@ class Controller:
     init: Kernel[..., None]
     step: Kernel[..., int]
     period: float = 0.01
+    work: type[Record] | None = None
+    design_on: DesignOn | None = None

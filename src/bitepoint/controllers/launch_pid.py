@@ -22,16 +22,12 @@ from bitepoint.controllers.engine_speed import (
     engine_speed_reset,
     engine_speed_step,
 )
+from bitepoint.controllers.launch_phase import DRIVING, SLIPPING, WAITING, phase_after
 from bitepoint.files import library_yaml
 from bitepoint.kernels import clamp, is_finite, kernel
 from bitepoint.numerics.tables import lookup
 from bitepoint.parts.engine import throttle_for
 from bitepoint.records import Curve, Record, RecordArray, count, curve, nested, quantity
-
-WAITING = 0
-SLIPPING = 1
-CLOSING = 2
-DRIVING = 3
 
 _PEDAL = ("pedal", "1", 0.0, 1.0)
 
@@ -95,21 +91,6 @@ class LaunchPidCommand(Record):
 
 
 @kernel
-def next_phase(c: LaunchPidCalibration, s: LaunchPidState, pedal: float, slip: float) -> int:
-    """Return the phase after this measurement; letting the pedal go ends a launch that has not closed yet."""
-    phase = s.phase
-    if pedal <= c.pedal_threshold and s.phase < CLOSING:
-        phase = WAITING
-    elif s.phase == WAITING:
-        phase = SLIPPING
-    elif s.phase == SLIPPING and s.time > c.touch_delay and slip < c.closing_slip:
-        phase = CLOSING
-    elif s.phase == CLOSING and slip <= 0.0:
-        phase = DRIVING
-    return phase
-
-
-@kernel
 def slipping_torque(c: LaunchPidCalibration, s: LaunchPidState, pedal: float, speed_error: float, dt: float) -> float:
     """Return the clutch torque while slipping, N m: risen feed-forward plus correction by the speed error.
 
@@ -154,7 +135,9 @@ def step(p: LaunchPidParameters, s: LaunchPidState, m: LaunchPidMeasurement, c: 
     if is_finite(m.pedal) and is_finite(m.engine_speed) and is_finite(m.clutch_speed):
         status = 0
         pedal = clamp(m.pedal, 0.0, 1.0)
-        s.phase = next_phase(p.calibration, s, pedal, m.engine_speed - m.clutch_speed)
+        demand = pedal - p.calibration.pedal_threshold
+        contact = s.time - p.calibration.touch_delay
+        s.phase = phase_after(s.phase, demand, contact, m.engine_speed - m.clutch_speed, p.calibration.closing_slip)
         risen = clamp(s.time / p.calibration.target_rise_time, 0.0, 1.0)
         target = p.idle_speed + risen * (lookup(p.calibration.engine_target, pedal) - p.idle_speed)
         torque = 0.0
