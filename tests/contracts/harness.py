@@ -14,11 +14,21 @@ from bitepoint.plants.plant import Plant
 from bitepoint.records import Record, RecordArray
 from bitepoint.vehicles import load_vehicle, vehicle_names
 
+SWITCHED_ON = " with "
+"""What stands between the name of a vehicle and that of a block that is made active."""
+
 
 def plants_with_vehicles() -> Iterator[tuple[Plant, str]]:
-    """Every plant with every library vehicle that it is made for."""
+    """Every plant with every library vehicle that it is made for, the first one also with each optional block."""
+    seen: set[str] = set()
     for name in vehicle_names():
-        yield PLANTS[load_vehicle(name).plant], name
+        plant = PLANTS[load_vehicle(name).plant]
+        yield plant, name
+        if plant.name not in seen:
+            for block, field in plant.parameters.fields.items():
+                if field.record is not None and "active" in field.record.fields:
+                    yield plant, f"{name}{SWITCHED_ON}{block}"
+        seen.add(plant.name)
 
 
 def controllers_with_calibrations() -> Iterator[tuple[Controller, str]]:
@@ -29,8 +39,10 @@ def controllers_with_calibrations() -> Iterator[tuple[Controller, str]]:
 
 
 def nominal(plant: Plant, vehicle: str) -> RecordArray:
-    """The parameters of a library vehicle on a level road."""
-    return plant.parameters.parse({**load_vehicle(vehicle).blocks, "road": {}}, vehicle)
+    """The parameters of a library vehicle on a level road; "NAME with BLOCK" has that block active."""
+    name, _, block = vehicle.partition(SWITCHED_ON)
+    switched = {block: {"active": 1}} if block else {}
+    return plant.parameters.parse({**load_vehicle(name).blocks, **switched, "road": {}}, vehicle)
 
 
 def designed(controller: Controller, calibration: str, vehicle: str = "dct-t240") -> RecordArray:

@@ -8,8 +8,9 @@ While the clutch slips [1, eq. 9]:
 
 with w3 = i w6. Locked, engine and plate turn as one until the torque between them exceeds the capacity [1, eq. 10].
 The vehicle is held at standstill until To exceeds grade plus rolling resistance; later it sticks only by its rolling
-resistance. Lock, unlock, release and stop are located within the step. There is no term m dv/dt in Tv, as eq. 11
-of [1] has: Iv holds all of the inertia.
+resistance. Lock, unlock, release and stop are located within the step. Where the actuator is active, the clutch torque
+comes from a pressure that follows the command by way of the nominal friction. There is no term m dv/dt in Tv, as
+eq. 11 of [1] has: Iv holds all of the inertia.
 
 [1] Yang et al., doi:10.11835/j.issn.1000-582X.2020.014
 """
@@ -21,11 +22,19 @@ import math
 import numpy as np
 
 from bitepoint.errors import InputError
-from bitepoint.kernels import is_finite, kernel, sign, to_index
+from bitepoint.kernels import clamp, is_finite, kernel, sign, to_index
 from bitepoint.numerics.integration import clearer, copier, runge_kutta_4
 from bitepoint.numerics.tables import highest
 from bitepoint.parts.body import air_coefficient, grade_torque, rolling_torque
 from bitepoint.parts.clutch import clutch_capacity
+from bitepoint.parts.clutch_actuator import (
+    clutch_friction,
+    clutch_temperature,
+    fill_rate,
+    friction_steepness,
+    pressure_for_torque,
+    torque_from_pressure,
+)
 from bitepoint.parts.engine import engine_drag, engine_torque, throttle_effect, throttle_for
 from bitepoint.parts.gears import LOSS_FADE_SPEED, axle_side_inertia, gear_loss_torque, overall_ratio
 from bitepoint.parts.shaft import shaft_energy, shaft_loss, shaft_torque
@@ -41,6 +50,17 @@ STABILITY = 2.7
 
 
 @kernel
+def capacity(p: DctParameters, m: DctMode, x: DctMotion) -> float:
+    """Return the torque, N m, that clutch 1 can carry now."""
+    torque = m.capacity
+    if p.actuator.active == 1:
+        temperature = clutch_temperature(p.actuator, x.friction_work)
+        friction = clutch_friction(p.actuator, temperature, x.engine_speed - x.plate_speed)
+        torque = p.clutch.friction_gain * torque_from_pressure(p.actuator, friction, x.clutch_pressure)
+    return torque
+
+
+@kernel
 def rates(p: DctParameters, m: DctMode, x: DctMotion, d: DctMotion) -> None:
     """Write dx/dt into `d`."""
     engine = engine_torque(p.engine, m.throttle_effect, x.engine_speed)
@@ -51,12 +71,12 @@ def rates(p: DctParameters, m: DctMode, x: DctMotion, d: DctMotion) -> None:
     halfshaft = shaft_torque(p.halfshaft, x.halfshaft_twist, halfshaft_slip)
     gear_loss = gear_loss_torque(p.gearbox, m.ratio * damper, x.axle_speed)
     drag = m.air_coefficient * x.wheel_speed * abs(x.wheel_speed) + m.rolling_direction * m.rolling_torque
-    clutch = m.slip_direction * m.capacity
     if m.locked == 1:
         d.engine_speed = (engine - friction - damper) * m.joint_mobility
         d.plate_speed = d.engine_speed
         d.friction_work = 0.0
     else:
+        clutch = m.slip_direction * capacity(p, m, x)
         d.engine_speed = (engine - friction - clutch) * m.engine_mobility
         d.plate_speed = (clutch - damper) * m.plate_mobility
         d.friction_work = clutch * (x.engine_speed - x.plate_speed)
@@ -67,6 +87,9 @@ def rates(p: DctParameters, m: DctMode, x: DctMotion, d: DctMotion) -> None:
         d.wheel_speed = (halfshaft - m.grade_torque - drag) * m.vehicle_mobility
     d.damper_twist = damper_slip
     d.halfshaft_twist = halfshaft_slip
+    d.clutch_pressure = 0.0
+    if p.actuator.active == 1:
+        d.clutch_pressure = fill_rate(p.actuator, m.pressure, x.clutch_pressure)
     d.distance = p.vehicle.wheel_radius * x.wheel_speed
     d.engine_work = engine * x.engine_speed
     d.engine_loss = friction * x.engine_speed
@@ -95,7 +118,7 @@ def surely_locked(p: DctParameters, m: DctMode, x: DctMotion) -> bool:
     damper = abs(shaft_torque(p.damper, x.damper_twist, x.plate_speed - m.ratio * x.axle_speed))
     engine = m.full_load_peak + engine_drag(p.engine, x.engine_speed) + p.engine.friction * abs(x.engine_speed)
     share = p.clutch.plate_inertia * m.joint_mobility
-    return damper + share * (abs(engine) + damper) < m.capacity
+    return damper + share * (abs(engine) + damper) < capacity(p, m, x)
 
 
 @kernel
@@ -108,7 +131,7 @@ def wheel_pull(p: DctParameters, m: DctMode, x: DctMotion) -> float:
 def crossed(p: DctParameters, m: DctMode, x: DctMotion) -> bool:
     """Return whether the modes no longer fit the motion."""
     if m.locked == 1:
-        clutch = not surely_locked(p, m, x) and abs(locked_torque(p, m, x)) > m.capacity
+        clutch = not surely_locked(p, m, x) and abs(locked_torque(p, m, x)) > capacity(p, m, x)
     else:
         clutch = (x.engine_speed - x.plate_speed) * m.slip_direction < 0.0
     if m.rolling_direction == 0.0:
@@ -124,7 +147,7 @@ def switch_clutch(p: DctParameters, m: DctMode, x: DctMotion) -> None:
     """Lock or unlock the clutch where its mode no longer fits."""
     if m.locked == 1:
         torque = locked_torque(p, m, x)
-        if abs(torque) > m.capacity:
+        if abs(torque) > capacity(p, m, x):
             m.locked = 0
             m.slip_direction = sign(torque)
     elif (x.engine_speed - x.plate_speed) * m.slip_direction <= 0.0:
@@ -132,7 +155,7 @@ def switch_clutch(p: DctParameters, m: DctMode, x: DctMotion) -> None:
         x.engine_speed = momentum / (m.engine_inertia + p.clutch.plate_inertia)
         x.plate_speed = x.engine_speed
         torque = locked_torque(p, m, x)
-        if abs(torque) <= m.capacity:
+        if abs(torque) <= capacity(p, m, x):
             m.locked = 1
         else:
             m.slip_direction = sign(torque)
@@ -223,6 +246,10 @@ def follow_inputs(p: DctParameters, m: DctMode, u: DctInputs) -> None:
     """Write into the mode what follows from the inputs."""
     m.throttle_effect = throttle_effect(p.engine, u.throttle)
     m.capacity = clutch_capacity(p.clutch, u.clutch_torque_command)
+    m.pressure = 0.0
+    if p.actuator.active == 1:
+        command = clamp(u.clutch_torque_command, 0.0, p.clutch.torque_limit)
+        m.pressure = pressure_for_torque(p.actuator, p.actuator.sliding_friction, command)
 
 
 @kernel
@@ -252,7 +279,9 @@ def observe(p: DctParameters, s: DctState, y: DctOutputs, w: DctWork) -> None:
     if s.mode.locked == 1:
         y.clutch_torque = locked_torque(p, s.mode, s.motion)
     else:
-        y.clutch_torque = s.mode.slip_direction * s.mode.capacity
+        y.clutch_torque = s.mode.slip_direction * capacity(p, s.mode, s.motion)
+    y.clutch_pressure = s.motion.clutch_pressure
+    y.clutch_temperature = clutch_temperature(p.actuator, s.motion.friction_work)
     y.damper_torque = shaft_torque(p.damper, s.motion.damper_twist, damper_slip)
     y.halfshaft_torque = wheel_pull(p, s.mode, s.motion) + s.mode.grade_torque
     y.road_torque = y.halfshaft_torque - s.mode.vehicle_inertia * w.slope.wheel_speed
@@ -268,7 +297,10 @@ def observe(p: DctParameters, s: DctState, y: DctOutputs, w: DctWork) -> None:
 
 @kernel
 def init(p: DctParameters, s: DctState, u: DctInputs, y: DctOutputs, w: DctWork) -> None:
-    """Stand still, held, with clutch 1 open and the engine at idle, at the throttle that balances its friction."""
+    """Stand still, held, with clutch 1 open and the engine at idle, at the throttle that balances its friction.
+
+    With an actuator, the clutch is filled to its kiss-point.
+    """
     clear(s.motion)
     s.locked_time = 0.0
     s.motion.engine_speed = p.engine.idle_speed
@@ -280,6 +312,7 @@ def init(p: DctParameters, s: DctState, u: DctInputs, y: DctOutputs, w: DctWork)
     u.clutch_torque_command = 0.0
     prepare(p, s.mode)
     follow_inputs(p, s.mode, u)
+    s.motion.clutch_pressure = s.mode.pressure
     observe(p, s, y, w)
 
 
@@ -287,7 +320,8 @@ def init(p: DctParameters, s: DctState, u: DctInputs, y: DctOutputs, w: DctWork)
 def stable_step(p: DctParameters) -> float:
     """Return the longest stable substep, s: STABILITY over a bound of the fastest rate of the driveline.
 
-    The rates of the damper between plate and axle, of the half-shaft, and of the fading gear loss, added up.
+    The rates of the damper between plate and axle, of the half-shaft, of the fading gear loss, and of the actuator,
+    added up.
     """
     ratio = overall_ratio(p.gearbox)
     axle = axle_side_inertia(p.gearbox)
@@ -298,7 +332,11 @@ def stable_step(p: DctParameters) -> float:
     swing = 1.0 / axle + 1.0 / (p.vehicle.mass * p.vehicle.wheel_radius**2)
     swing_decay = 0.5 * p.halfshaft.damping * swing
     halfshaft = swing_decay + math.sqrt(abs(swing_decay**2 - p.halfshaft.stiffness * swing))
-    return STABILITY / (damper + fade + halfshaft)
+    actuator = 0.0
+    if p.actuator.active == 1:
+        steepness = friction_steepness(p.actuator) * p.clutch.friction_gain * p.clutch.torque_limit
+        actuator = 1.0 / p.actuator.fill_time + steepness / p.clutch.plate_inertia
+    return STABILITY / (damper + fade + halfshaft + actuator)
 
 
 @kernel

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bitepoint.parts.body import Body, Road
 from bitepoint.parts.clutch import Clutch
+from bitepoint.parts.clutch_actuator import ClutchActuator
 from bitepoint.parts.engine import Engine
 from bitepoint.parts.gears import Gearbox
 from bitepoint.parts.shaft import Shaft
@@ -24,6 +25,7 @@ class DctParameters(Record):
     vehicle: Body = nested(Body, "the body")
     engine: Engine = nested(Engine, "the engine")
     clutch: Clutch = nested(Clutch, "clutch 1, which the vehicle moves off with")
+    actuator: ClutchActuator = nested(ClutchActuator, "hydraulic actuator of clutch 1; off unless it is active")
     damper: Shaft = nested(Shaft, "torsional damper behind clutch 1, at the speed of the input shaft")
     gearbox: Gearbox = nested(Gearbox, "gearbox and final drive")
     halfshaft: Shaft = nested(Shaft, "both half-shafts and tyres, at the speed of the wheels")
@@ -40,6 +42,7 @@ class DctMotion(Record):
     wheel_speed: float = quantity("rad/s", -500, 500, "wheels; vehicle speed over wheel radius")
     damper_twist: float = quantity("rad", -10, 10, "driven plate against input shaft")
     halfshaft_twist: float = quantity("rad", -10, 10, "axle against wheel")
+    clutch_pressure: float = quantity("Pa", 0, 1e9, "pressure of clutch 1; 0 without its actuator")
     distance: float = quantity("m", -1e6, 1e6, "way of the vehicle")
     engine_work: float = quantity("J", -1e9, 1e9, "work of the steady engine torque")
     friction_work: float = quantity("J", 0, 1e9, "heat in the clutch")
@@ -60,7 +63,8 @@ class DctMode(Record):
     substep: float = quantity("s", 0, 0.002, "longest substep")
     full_load_peak: float = quantity("N*m", 0, 5000, "highest torque of the engine")
     throttle_effect: float = quantity("1", 0, 50, "see parts.engine")
-    capacity: float = quantity("N*m", 0, 30_000, "torque that clutch 1 can carry")
+    capacity: float = quantity("N*m", 0, 30_000, "torque that clutch 1 can carry, without its actuator")
+    pressure: float = quantity("Pa", 0, 1e9, "commanded pressure of clutch 1; 0 without its actuator")
     ratio: float = quantity("1", 0, 2500, "engine side speed over axle speed")
     engine_inertia: float = quantity("kg*m^2", 0, 25, "engine with its transient loss")
     axle_inertia: float = quantity("kg*m^2", 0, 1000, "all that turns with the axle, at the axle")
@@ -112,6 +116,8 @@ class DctOutputs(Record):
     distance: float = quantity("m", -1e6, 1e6, "way since the start")
     engine_torque: float = quantity("N*m", -500, 5000, "engine torque with its transient loss")
     clutch_torque: float = quantity("N*m", -10_000, 10_000, "torque that clutch 1 carries")
+    clutch_pressure: float = quantity("Pa", 0, 1e9, "pressure of clutch 1; 0 without its actuator")
+    clutch_temperature: float = quantity("K", 0, 1e6, "temperature of the plates of clutch 1, all heat kept")
     damper_torque: float = quantity("N*m", -1e5, 1e5, "torque of the torsional damper")
     halfshaft_torque: float = quantity("N*m", -1e6, 1e6, "torque of both half-shafts")
     road_torque: float = quantity("N*m", -1e6, 1e6, "grade, rolling and air resistance at the wheels")
