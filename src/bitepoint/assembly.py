@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from bitepoint.controllers import ddpc, ddpc_pso, launch_intent, launch_pid, none
+from bitepoint.controllers import ddpc, ddpc_pso, launch_intent, launch_mpc, launch_pid, none
 from bitepoint.controllers.controller import Controller
 from bitepoint.errors import InputError, brief
 from bitepoint.kernels import Kernel
@@ -31,7 +31,7 @@ PLANTS: Mapping[str, Plant] = {plant.name: plant for plant in (dct.PLANT,)}
 """All plants, by name."""
 
 CONTROLLERS: Mapping[str, Controller] = {
-    c.name: c for c in (none.CONTROLLER, launch_pid.CONTROLLER, ddpc.CONTROLLER, ddpc_pso.CONTROLLER)
+    module.CONTROLLER.name: module.CONTROLLER for module in (none, launch_pid, ddpc, ddpc_pso, launch_mpc)
 }
 """All controllers, by name."""
 

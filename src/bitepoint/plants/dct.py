@@ -35,7 +35,7 @@ from bitepoint.parts.clutch_actuator import (
     pressure_for_torque,
     torque_from_pressure,
 )
-from bitepoint.parts.engine import engine_drag, engine_torque, throttle_effect, throttle_for
+from bitepoint.parts.engine import engine_drag, engine_torque, lagged_effect, throttle_effect, throttle_for
 from bitepoint.parts.gears import LOSS_FADE_SPEED, axle_side_inertia, gear_loss_torque, overall_ratio
 from bitepoint.parts.shaft import shaft_energy, shaft_loss, shaft_torque
 from bitepoint.plants.dct_records import DctInputs, DctMode, DctMotion, DctOutputs, DctParameters, DctState, DctWork
@@ -226,7 +226,7 @@ def substep(p: DctParameters, s: DctState, w: DctWork, h: float) -> None:
 def prepare(p: DctParameters, m: DctMode) -> None:
     """Write into the mode what follows from the parameters: these are constant from init on."""
     m.substep = min(p.solver.substep, stable_step(p))
-    m.full_load_peak = highest(p.engine.full_load)
+    m.full_load_peak = p.engine.torque_gain * highest(p.engine.full_load)
     m.ratio = overall_ratio(p.gearbox)
     m.engine_inertia = p.engine.inertia + p.engine.transient_loss
     m.axle_inertia = axle_side_inertia(p.gearbox)
@@ -243,8 +243,7 @@ def prepare(p: DctParameters, m: DctMode) -> None:
 
 @kernel
 def follow_inputs(p: DctParameters, m: DctMode, u: DctInputs) -> None:
-    """Write into the mode what follows from the inputs."""
-    m.throttle_effect = throttle_effect(p.engine, u.throttle)
+    """Write into the mode what follows from the inputs at once: all but the throttle, which the engine may lag."""
     m.capacity = clutch_capacity(p.clutch, u.clutch_torque_command)
     m.pressure = 0.0
     if p.actuator.active == 1:
@@ -274,6 +273,9 @@ def observe(p: DctParameters, s: DctState, y: DctOutputs, w: DctWork) -> None:
     y.wheel_speed = s.motion.wheel_speed
     y.vehicle_speed = p.vehicle.wheel_radius * s.motion.wheel_speed
     y.vehicle_acceleration = p.vehicle.wheel_radius * w.slope.wheel_speed
+    y.longitudinal_acceleration = y.vehicle_acceleration + s.mode.grade_torque / (
+        p.vehicle.mass * p.vehicle.wheel_radius
+    )
     y.distance = s.motion.distance
     y.engine_torque = engine - p.engine.transient_loss * w.slope.engine_speed
     if s.mode.locked == 1:
@@ -311,6 +313,7 @@ def init(p: DctParameters, s: DctState, u: DctInputs, y: DctOutputs, w: DctWork)
     u.throttle = throttle_for(p.engine, p.engine.friction * p.engine.idle_speed, p.engine.idle_speed)
     u.clutch_torque_command = 0.0
     prepare(p, s.mode)
+    s.mode.throttle_effect = throttle_effect(p.engine, u.throttle)
     follow_inputs(p, s.mode, u)
     s.motion.clutch_pressure = s.mode.pressure
     observe(p, s, y, w)
@@ -343,6 +346,8 @@ def stable_step(p: DctParameters) -> float:
 def step(p: DctParameters, s: DctState, u: DctInputs, y: DctOutputs, w: DctWork, dt: float) -> int:
     """Advance by dt; return 0, or 1 where a number is no longer finite."""
     follow_inputs(p, s.mode, u)
+    effect = throttle_effect(p.engine, u.throttle)
+    s.mode.throttle_effect = lagged_effect(p.engine, s.mode.throttle_effect, effect, s.motion.engine_speed, dt)
     substeps = to_index(dt / s.mode.substep + 0.999, 1, 100_000)
     h = dt / substeps
     for _i in range(substeps):

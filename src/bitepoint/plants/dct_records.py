@@ -113,6 +113,9 @@ class DctOutputs(Record):
     wheel_speed: float = quantity("rad/s", -500, 500, "speed of the driven wheels")
     vehicle_speed: float = quantity("m/s", -150, 150, "speed of the vehicle; positive forwards")
     vehicle_acceleration: float = quantity("m/s^2", -100, 100, "acceleration of the vehicle")
+    longitudinal_acceleration: float = quantity(
+        "m/s^2", -100, 100, "what an accelerometer shows along the road: acceleration, and gravity on a grade"
+    )
     distance: float = quantity("m", -1e6, 1e6, "way since the start")
     engine_torque: float = quantity("N*m", -500, 5000, "engine torque with its transient loss")
     clutch_torque: float = quantity("N*m", -10_000, 10_000, "torque that clutch 1 carries")
