@@ -24,6 +24,9 @@ BAD = (np.nan, np.inf, -np.inf, 1e30, -1e30)
 ROWS = 120
 """Rows of a random sequence."""
 
+SWITCHED = 0.3
+"""Share of the random sequences in which a switch of the parameters is thrown."""
+
 RECORDED = 200
 """Most rows of a disturbed recording."""
 
@@ -121,7 +124,9 @@ def _vary(record: Any, kind: type[Record], rng: np.random.Generator, *, revive: 
             for item in np.atleast_1d(record[name]):
                 _vary(item, field.record, rng, revive=revive)
         elif field.kind == "int":
-            continue  # a choice, whose other values need more than a number
+            if (field.low, field.high) == (0.0, 1.0) and rng.random() < SWITCHED:
+                record[name] = 1 - record[name]
+            continue  # else a choice, whose other values need more than a number
         else:
             shape = field.shape or None
             span = min(field.high - field.low, 1e6) * 10.0 ** rng.uniform(-4, 0)
