@@ -11,6 +11,7 @@ import typer
 
 from bitepoint.cli import export
 from bitepoint.cli.list import list_parts
+from bitepoint.cli.reproduce import reproduce
 from bitepoint.cli.run import run
 from bitepoint.cli.show import show
 from bitepoint.cli.warmup import warmup
@@ -26,6 +27,7 @@ app = typer.Typer(
 )
 app.command("run")(run)
 app.command("list")(list_parts)
+app.command("reproduce")(reproduce)
 app.command("show")(show)
 app.command("warmup")(warmup)
 app.add_typer(export.app, name="export")

@@ -1,4 +1,4 @@
-"""Launch by predictive control of clutch and engine torque together, over 0.4 s, free of offset.
+"""Launch by predictive control of clutch and engine torque together, over 0.2 s, free of offset.
 
 The clutch torque rises at the rate that the wanted jerk allows to what the wanted acceleration needs on this road; the
 engine holds a target speed, and when the vehicle comes near, takes up its acceleration, so that both meet with equal
@@ -329,7 +329,7 @@ def responses() -> tuple[Floats, Floats]:
     ends = STEP * np.array(ENDS)
     starts = np.concatenate([[0.0], ends[:-1]])
     after = (STEP * np.arange(1, STEPS + 1))[:, np.newaxis]
-    inside = np.clip(after - starts, 0.0, ends - starts)
+    inside: Floats = np.clip(after - starts, 0.0, ends - starts).astype(np.float64)
     return inside, 0.5 * inside**2 + inside * np.maximum(after - ends, 0.0)
 
 

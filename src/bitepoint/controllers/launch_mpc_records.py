@@ -13,7 +13,7 @@ from bitepoint.records import Curve, FloatArray, Record, count, curve, nested, q
 STEPS = 10
 """Steps of the prediction."""
 
-STEP = 0.04
+STEP = 0.02
 """Length of one, s."""
 
 SEGMENTS = 3

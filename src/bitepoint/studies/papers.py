@@ -1,0 +1,59 @@
+"""The papers that can be reproduced."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from bitepoint.cache import write_atomically
+from bitepoint.errors import InputError
+from bitepoint.studies import dct_launch
+from bitepoint.studies.reproduction import Reproduction
+
+Progress = Callable[[str], object]
+"""Called with a few words on what is being run."""
+
+
+@dataclass(frozen=True)
+class Paper:
+    """A paper, and what reproduces it."""
+
+    source: str
+    reproduce: Callable[[Progress], Reproduction]
+
+
+PAPERS: Mapping[str, Paper] = {dct_launch.NAME: Paper(dct_launch.SOURCE, dct_launch.reproduce)}
+"""All of them, by name."""
+
+
+def reproduce(name: str, progress: Progress = lambda _text: None) -> Reproduction:
+    """Return the figures of a paper beside ours.
+
+    Raises:
+        InputError: there is no paper of that name.
+    """
+    if name not in PAPERS:
+        raise InputError("reproduce", f"got {name}", f"expected one of {', '.join(PAPERS)}")
+    return PAPERS[name].reproduce(progress)
+
+
+def save(found: Reproduction, folder: str | Path) -> list[Path]:
+    """Write rows.json and reproduction.html into `folder`, made if needed; return their paths.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    from bitepoint.report.reproduction import reproduction_page
+
+    target = Path(folder)
+    paths = [target / name for name in ("rows.json", "reproduction.html")]
+    page = reproduction_page(found)
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+        write_atomically(paths[0], (json.dumps(found.to_json(), indent=2, allow_nan=False) + "\n").encode())
+        write_atomically(paths[1], page.encode(errors="backslashreplace"))
+    except OSError as error:
+        raise InputError(str(folder), f"cannot be written ({error.strerror})", "choose another folder") from None
+    return paths

@@ -1,0 +1,92 @@
+"""What a paper published beside what comes out here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from bitepoint.units import display
+
+
+@dataclass(frozen=True)
+class Row:
+    """One figure.
+
+    Attributes:
+        case: what was run; quantity: name of the figure; unit: SI, in pint's spelling.
+        published: what the paper says, or None where it says nothing.
+        ours: what came out here, or None where the figure does not exist.
+        tolerance: share of the published figure that ours may differ by, or None where none is claimed.
+        bound: "about": within the tolerance of the published figure; "most": at most the published figure.
+    """
+
+    case: str
+    quantity: str
+    published: float | None
+    ours: float | None
+    unit: str
+    tolerance: float | None = None
+    bound: str = "about"
+
+    @property
+    def within(self) -> bool | None:
+        """Whether ours is within the tolerance; None where none is claimed."""
+        if self.published is None or self.tolerance is None:
+            return None
+        if self.ours is None:
+            return False
+        if self.bound == "most":
+            return self.ours <= self.published * (1.0 + self.tolerance)
+        return abs(self.ours - self.published) <= self.tolerance * abs(self.published)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what `bitepoint reproduce --json` prints of it."""
+        return {
+            "case": self.case,
+            "quantity": self.quantity,
+            "published": self.published,
+            "ours": self.ours,
+            "unit": self.unit,
+            "tolerance": self.tolerance,
+            "within": self.within,
+        }
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """A paper, reproduced.
+
+    Attributes:
+        name: as the command line takes it; source: the paper.
+        rows: in the order of the paper; notes: sentences on what cannot be as published, and why.
+        figures: Plotly figures by title.
+    """
+
+    name: str
+    source: str
+    rows: Sequence[Row]
+    notes: Sequence[str]
+    figures: Mapping[str, Any] = field(default_factory=dict[str, Any])
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what `bitepoint reproduce --json` prints."""
+        rows = [row.to_json() for row in self.rows]
+        return {"paper": self.name, "source": self.source, "rows": rows, "notes": list(self.notes)}
+
+    def table(self) -> Iterator[str]:
+        """Yield the rows as lines of text."""
+        width = max(len(row.case) for row in self.rows)
+        yield f"{'case':<{width}}  {'quantity':<20} {'published':>10} {'ours':>10} {'tolerance':>9}  within"
+        for row in self.rows:
+            tolerance = "" if row.tolerance is None else f"{row.tolerance:.0%}"
+            verdict = {True: "yes", False: "NO", None: ""}[row.within]
+            published, ours = (_digits(value) for value in (row.published, row.ours))
+            figures = f"{row.quantity:<20} {published:>10} {ours:>10} {tolerance:>9}"
+            yield f"{row.case:<{width}}  {figures}  {verdict:<4}{display(row.unit)}".rstrip()
+
+
+def _digits(value: float | None) -> str:
+    if value is None:
+        return "–"
+    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"
