@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from bitepoint.controllers import ddpc, ddpc_pso, launch_intent, launch_mpc, launch_pid, none
+from bitepoint.controllers import ddpc, ddpc_pso, excitation, launch_intent, launch_mpc, launch_pid, none
 from bitepoint.controllers.controller import Controller
 from bitepoint.errors import InputError, brief
 from bitepoint.kernels import Kernel
@@ -31,7 +31,7 @@ PLANTS: Mapping[str, Plant] = {plant.name: plant for plant in (dct.PLANT,)}
 """All plants, by name."""
 
 CONTROLLERS: Mapping[str, Controller] = {
-    module.CONTROLLER.name: module.CONTROLLER for module in (none, launch_pid, ddpc, ddpc_pso, launch_mpc)
+    module.CONTROLLER.name: module.CONTROLLER for module in (none, launch_pid, ddpc, ddpc_pso, launch_mpc, excitation)
 }
 """All controllers, by name."""
 
