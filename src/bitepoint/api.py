@@ -9,19 +9,22 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from bitepoint.assembly import Assembly, assemble
+from bitepoint.assembly import Assembly, Lanes, assemble
 from bitepoint.cache import write_atomically
 from bitepoint.errors import InputError, brief
+from bitepoint.identification.logs import LEAST_ROWS, slip_log
 from bitepoint.kernels import Life
-from bitepoint.metrics import FAMILIES, Metric, Metrics
+from bitepoint.metrics import FAMILIES, Metric, Metrics, excitation_set
+from bitepoint.parts.gears import overall_ratio
 from bitepoint.recording import Floats, Recording
+from bitepoint.scenarios import load_scenario
 from bitepoint.simulation.run import LaneResult, Simulation
 from bitepoint.version import __version__
 
@@ -35,7 +38,8 @@ class Result:
         status: "launched", "stalled", "rolled back", "timed out" or "not finite" for a launch.
         reason: a sentence that says why it ended.
         metrics: figures of merit by name, each with .value (None where it does not exist) and .unit.
-        recording: all signals over time.
+        recording: all signals over time; of the first run where there are many.
+        logs: of a scenario of many runs: their logs by name.
     """
 
     scenario: str
@@ -43,9 +47,14 @@ class Result:
     reason: str
     metrics: Metrics
     recording: Recording
+    logs: Mapping[str, Recording] = field(default_factory=dict[str, Recording])
 
     def figure(self) -> Any:
         """Return the interactive picture, a plotly Figure."""
+        if self.logs:
+            from bitepoint.report.excitation import excitation_figure
+
+            return excitation_figure(self.logs)
         from bitepoint.report.launch import launch_figure
 
         return launch_figure(self.recording, f"{self.scenario}: {self.status}, {self.reason}")
@@ -56,24 +65,41 @@ class Result:
         return {"scenario": self.scenario, "status": self.status, "reason": self.reason, "metrics": metrics}
 
     def save(self, folder: str | Path) -> list[Path]:
-        """Write recording.parquet, metrics.json and launch.html into `folder`, made if needed; return their paths.
+        """Write recordings, metrics.json and an HTML page into `folder`, made if needed; return their paths.
+
+        One run is recording.parquet and launch.html; many are a Parquet file for each log, and excitation.html. Logs
+        that an earlier call wrote there are replaced, all of them.
 
         Raises:
             InputError: the folder cannot be written.
         """
-        from bitepoint.report.launch import launch_page
-
         target = Path(folder)
-        page = launch_page(self.recording, self.metrics, self.status, self.reason)
-        paths = [target / name for name in ("recording.parquet", "metrics.json", "launch.html")]
+        name = "excitation" if self.logs else "launch"
+        page = self._page()
+        recordings = self.logs or {"recording": self.recording}
+        files = {target / f"{each}.parquet": recording for each, recording in recordings.items()}
+        paths = [*files, target / "metrics.json", target / f"{name}.html"]
         try:
             target.mkdir(parents=True, exist_ok=True)
-            self.recording.to_parquet(paths[0])
-            write_atomically(paths[1], (json.dumps(self.to_json(), indent=2, allow_nan=False) + "\n").encode())
-            write_atomically(paths[2], page.encode(errors="backslashreplace"))
+            if self.logs:
+                for old in set(target.glob("run-[0-9]*.parquet")) - set(files):
+                    old.unlink()
+            for path, recording in files.items():
+                recording.to_parquet(path)
+            write_atomically(paths[-2], (json.dumps(self.to_json(), indent=2, allow_nan=False) + "\n").encode())
+            write_atomically(paths[-1], page.encode(errors="backslashreplace"))
         except OSError as error:
             raise InputError(str(folder), f"cannot be written ({error.strerror})", "choose another folder") from None
         return paths
+
+    def _page(self) -> str:
+        if self.logs:
+            from bitepoint.report.excitation import excitation_page
+
+            return excitation_page(self.logs, self.metrics, self.status, self.reason)
+        from bitepoint.report.launch import launch_page
+
+        return launch_page(self.recording, self.metrics, self.status, self.reason)
 
 
 @dataclass(frozen=True)
@@ -116,7 +142,7 @@ def run(
     life: Life = "compiled",
     **more: Any,
 ) -> Result:
-    """Run a scenario once.
+    """Run a scenario once; one of many runs, all of them, and log them.
 
     Args:
         scenario: name in the library, or path of a scenario file.
@@ -128,8 +154,14 @@ def run(
     Raises:
         InputError: whatever in the files or the settings is not as it should be.
     """
-    assembly = assemble(scenario, {**(settings or {}), **_dotted(more)})
+    chosen = {**(settings or {}), **_dotted(more)}
     _check_options(seed, life)
+    manoeuvre = load_scenario(scenario)
+    if manoeuvre.runs is not None:
+        own = chosen.get("controller", manoeuvre.controller) == manoeuvre.controller
+        over = manoeuvre.runs.lanes(chosen, own, seed)
+        return _logged(assemble(scenario, chosen, over), over, seed, life)
+    assembly = assemble(scenario, chosen)
     lane = Simulation(assembly.system, life=life).run(FAMILIES[assembly.scenario.metrics], seed=seed)[0]
     return _result(assembly, lane, seed)
 
@@ -183,6 +215,33 @@ def run_batch(
         assembly.scenario.name, [lane.status for lane in lanes], [lane.reason for lane in lanes],
         {name: table[:, k] for k, name in enumerate(units)}, units, recordings,
     )  # fmt: skip
+
+
+def _logged(assembly: Assembly, over: Lanes, seed: int, life: Life) -> Result:
+    """Run all lanes of a scenario of many runs, and make their logs."""
+    assert assembly.log is not None
+    period, noise = float(assembly.log["period"][0]), float(assembly.log["noise"][0])
+    if abs(period / assembly.system.tick - round(period / assembly.system.tick)) > 1e-6:
+        mend = f"expected a multiple of the tick, {assembly.system.tick:g} s"
+        raise InputError("log.period", f"got {period:g} s", mend)
+    lanes = range(assembly.lanes)
+    family = FAMILIES[assembly.scenario.metrics]
+    done = Simulation(assembly.system, life=life).run(family, lanes=assembly.lanes, record=lanes, seed=seed)
+    ratios = overall_ratio.run(np.ascontiguousarray(assembly.system.plant.parameters["gearbox"]), life="interpreted")
+    logs: dict[str, Recording] = {}
+    for n, lane in enumerate(done):
+        about = {f"run.{key}": str(values[n]) for key, values in over.items()}
+        result = _result(assembly, lane, seed)
+        recording = replace(result.recording, about={**result.recording.about, **about})
+        log = slip_log(recording, float(ratios[n % len(ratios)]), period, noise, (seed, n))
+        if len(log.time) >= LEAST_ROWS:
+            logs[f"run-{n + 1:0{len(str(assembly.lanes))}}"] = log
+    metrics = excitation_set(list(logs.values()), [lane.figures for lane in done])
+    rows = sum(len(log.time) for log in logs.values())
+    left = assembly.lanes - len(logs)
+    reason = f"{len(logs)} of {assembly.lanes} runs have {rows} rows in which the vehicle moves and the clutch slips"
+    status = "logged" if not left else "partly logged" if logs else "not logged"
+    return replace(_result(assembly, done[0], seed), status=status, reason=reason, metrics=metrics, logs=logs)
 
 
 def _check_options(seed: Any, life: Any, threads: Any = None) -> None:

@@ -21,7 +21,7 @@ from bitepoint.plants import dct
 from bitepoint.plants.plant import Plant
 from bitepoint.recording import Channel
 from bitepoint.records import Field, Record, RecordArray
-from bitepoint.scenarios import PedalLog, Scenario, Timing, load_scenario, read_pedal_log
+from bitepoint.scenarios import LogSettings, PedalLog, Scenario, Timing, load_scenario, read_pedal_log
 from bitepoint.simulation.loop import MOST_RULES, run_lane
 from bitepoint.simulation.system import Imperfections, Part, Profile, StopRule, System
 from bitepoint.units import UnitError, parse
@@ -68,7 +68,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Assembly:
-    """A scenario put together: what it is made of, and the closed loop to run."""
+    """A scenario put together: what it is made of, the closed loop to run, and how its runs are logged, if they are."""
 
     scenario: Scenario
     vehicle: Vehicle
@@ -77,6 +77,7 @@ class Assembly:
     system: System
     lanes: int
     about: Mapping[str, str]
+    log: RecordArray | None = None
 
 
 def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = None) -> Assembly:
@@ -98,7 +99,7 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
     vehicle = load_vehicle(str(chosen.choices.get("vehicle", manoeuvre.vehicle)))
     plant = _plant(vehicle, manoeuvre)
     controller = _controller(str(chosen.choices.get("controller", manoeuvre.controller)), plant)
-    _refuse_unknown(chosen, plant)
+    _refuse_unknown(chosen, plant, manoeuvre)
     lanes, lane_groups = _lanes(over or {})
     nominal = _nominal(plant, vehicle, manoeuvre)
     plant.check(nominal, vehicle.where)
@@ -121,7 +122,10 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
     )
     about = {"scenario": manoeuvre.name, "vehicle": vehicle.name, "controller": controller.name}
     about |= {f"set.{key}": str(value) for key, value in settings.items()}
-    return Assembly(manoeuvre, vehicle, plant, controller, system, lanes, about)
+    log = None if manoeuvre.log is None else manoeuvre.log.copy()
+    if log is not None:
+        _apply(LogSettings, log, chosen.group("log"), "log.")
+    return Assembly(manoeuvre, vehicle, plant, controller, system, lanes, about, log)
 
 
 def _sort(settings: Mapping[str, Any]) -> Settings:
@@ -135,9 +139,10 @@ def _sort(settings: Mapping[str, Any]) -> Settings:
     return sorted_settings
 
 
-def _refuse_unknown(settings: Settings, plant: Plant) -> None:
+def _refuse_unknown(settings: Settings, plant: Plant, scenario: Scenario) -> None:
     choices = ("intent", "controller", "vehicle", "pedal")
     groups = (*plant.parameters.fields, "controller", "pedal", "timing", *_IMPERFECTIONS)
+    groups += () if scenario.log is None else ("log",)
     for key in settings.choices:
         if key in groups and key not in choices:
             raise InputError(SET, f"{key}: a group of keys", f"name one of its keys, as in {key}.KEY=VALUE")
@@ -377,6 +382,7 @@ def keys() -> Iterator[tuple[str, Field]]:
     for controller in CONTROLLERS.values():
         yield from controller.calibration.table("controller.")
     yield from Timing.table("timing.")
+    yield from LogSettings.table("log.")
 
 
 def all_kernels() -> list[Kernel[..., Any]]:

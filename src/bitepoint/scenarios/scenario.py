@@ -9,6 +9,7 @@ from typing import Any, cast
 from bitepoint.errors import InputError, brief
 from bitepoint.files import find, library_names, read_yaml
 from bitepoint.records import Curve, Record, RecordArray, curve, quantity
+from bitepoint.scenarios.runs import LogSettings, Runs, parse_runs
 from bitepoint.units import UnitError, parse
 
 
@@ -32,6 +33,7 @@ class Scenario:
     Attributes:
         intents: pedal trace by intent, each (time s, pedal 0..1).
         road: block for the plant; rules: stop rules, their limits still to be read in the signal's unit.
+        runs, log: what differs between its runs, and how they are logged; None for a scenario of one run.
     """
 
     name: str
@@ -46,12 +48,14 @@ class Scenario:
     road: Mapping[str, Any]
     timing: RecordArray
     rules: Sequence[Mapping[str, Any]]
+    runs: Runs | None = None
+    log: RecordArray | None = None
 
 
 LONGEST_HOLD = 100_000.0
 
 _TEXTS = ("plant", "vehicle", "controller", "metrics", "intent")
-_KEYS = ("meaning", *_TEXTS, "intents", "road", "timing", "stop")
+_KEYS = ("meaning", *_TEXTS, "intents", "road", "timing", "stop", "runs", "log")
 _RULE_KEYS = {"status", "signal", "above", "below", "hold", "reason"}
 
 
@@ -85,7 +89,13 @@ def load_scenario(name: str) -> Scenario:
     road = _block({"road": {}, **data}, "road", where)
     meaning = str(data.get("meaning", ""))
     rules = _rules(data["stop"], where)
-    return Scenario(path.stem, where, meaning, **texts, intents=intents, road=road, timing=timing, rules=rules)
+    runs = parse_runs(data["runs"], where) if "runs" in data else None
+    if "log" in data and runs is None:
+        raise InputError(where, "log: without runs", "add the block runs, or leave log out")
+    log = None if runs is None else LogSettings.parse(data.get("log", {}), where, "log")
+    return Scenario(
+        path.stem, where, meaning, **texts, intents=intents, road=road, timing=timing, rules=rules, runs=runs, log=log
+    )
 
 
 def _text(value: object, where: str, key: str) -> str:
