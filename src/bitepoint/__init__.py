@@ -1,8 +1,19 @@
 """Bitepoint: an open bench for vehicle launch and driveline torque control."""
 
-from bitepoint.api import BatchResult, Result, run, run_batch
+from bitepoint.api import BatchResult, Identification, Result, identify, run, run_batch
 from bitepoint.errors import BitepointError, InputError
 from bitepoint.recording import Recording
 from bitepoint.version import __version__
 
-__all__ = ["BatchResult", "BitepointError", "InputError", "Recording", "Result", "__version__", "run", "run_batch"]
+__all__ = [
+    "BatchResult",
+    "BitepointError",
+    "Identification",
+    "InputError",
+    "Recording",
+    "Result",
+    "__version__",
+    "identify",
+    "run",
+    "run_batch",
+]

@@ -10,6 +10,7 @@ from typing import NoReturn
 import typer
 
 from bitepoint.cli import export
+from bitepoint.cli.identify import identify
 from bitepoint.cli.list import list_parts
 from bitepoint.cli.reproduce import reproduce
 from bitepoint.cli.run import run
@@ -26,6 +27,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command("run")(run)
+app.command("identify")(identify)
 app.command("list")(list_parts)
 app.command("reproduce")(reproduce)
 app.command("show")(show)
