@@ -173,6 +173,7 @@ LAUNCH_UNITS: Mapping[str, str] = {
 }
 """The figures of a launch and their units."""
 
+
 def excitation(recording: Recording) -> Metrics:
     """Return the figures of a run for identification, over the time in which the vehicle moves and the clutch slips."""
     moving = (recording["vehicle_held"] < 0.5) & (recording["clutch_locked"] < 0.5)

@@ -40,7 +40,7 @@ Out = Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Model t
 Report = Annotated[Path | None, typer.Option("--report", metavar="FILE", help="Report to write, HTML.")]
 
 
-def identify(  # noqa: PLR0913 - one parameter per option
+def identify(
     files: Files,
     validate: Validate = None,
     model: Model = "arx",
@@ -61,9 +61,16 @@ def identify(  # noqa: PLR0913 - one parameter per option
 
     with Console(stderr=True).status("identifying"):
         found = api.identify(
-            files, validate=validate or (), model=model, orders=orders, method=method, columns=_pairs("--column", column),
-            delays=_pairs("--delay", delay), dbc=dbc or (), period=period,
-        )  # fmt: skip
+            files,
+            validate=validate or (),
+            model=model,
+            orders=orders,
+            method=method,
+            columns=_pairs("--column", column),
+            delays=_pairs("--delay", delay),
+            dbc=dbc or (),
+            period=period,
+        )
         written = found.save(out, report)
     if as_json:
         typer.echo(json.dumps(found.to_json(), allow_nan=False))

@@ -19,12 +19,12 @@ def run(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="DIR", help="Write recording.parquet, metrics.json and launch.html there."),
+        typer.Option("--out", metavar="DIR", help="Write recordings, metrics.json and a page there."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the noise.")] = 0,
 ) -> None:
-    """Run a scenario once and print its figures of merit."""
+    """Run a scenario and print its figures of merit."""
     from bitepoint import api
 
     result = api.run(scenario, read_settings(settings or []), seed=seed)
@@ -37,5 +37,9 @@ def run(
     typer.echo(f"{result.status}: {result.reason}")
     for name, metric in result.metrics.items():
         typer.echo(f"  {name:<20} {metric}")
+    if result.logs:
+        if paths:
+            typer.echo(f"wrote {len(result.logs)} logs, metrics.json and excitation.html into {out}")
+        return
     for path in paths:
         typer.echo(f"wrote {path}")

@@ -45,7 +45,9 @@ class ExcitationCalibration(Record):
     hold_speed: float = quantity("rad/s", 20, 1000, "engine speed at which the base torque balances", default=160.0)
     margin: float = quantity("1", 0.5, 10, "base torque over the torque that moved the vehicle, at least", default=1.0)
     clutch_rate: float = quantity("N*m/s", 1, 1e5, "how fast the base torque rises", default=700.0)
-    amplitude: float = quantity("N*m", 0, 1000, "highest level of the sequence; the lowest is its negative", default=8.0)
+    amplitude: float = quantity(
+        "N*m", 0, 1000, "highest level of the sequence; the lowest is its negative", default=8.0
+    )
     dwell_min: float = quantity("s", 0.001, 10, "shortest time at a level", default=0.04)
     dwell_max: float = quantity("s", 0.001, 10, "longest time at a level", default=0.15)
     sequence: int = count(0, 4000, "number of the sequence: another one gives other levels", default=0)

@@ -19,6 +19,8 @@ from bitepoint.identification.arx import Fit, fit_arx
 from bitepoint.identification.regression import Orders, Roles, Run, model_of, regressors
 from bitepoint.recording import Floats
 
+_linalg: Any = np.linalg
+
 LARGEST = 1e6
 """Prediction error that stands for all larger ones: an unstable C."""
 
@@ -53,7 +55,7 @@ def fit_armax(runs: Sequence[Run], roles: Roles, orders: Orders, moving_average:
     noise = 2.0 * best.cost / max(rows * theta.shape[0] - best.x.size, 1)
     jacobian: Floats = best.jac
     scale = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
-    covariance = np.linalg.pinv((jacobian / scale).T @ (jacobian / scale))
+    covariance: Floats = _linalg.pinv((jacobian / scale).T @ (jacobian / scale))
     spread = np.sqrt(np.maximum(np.diag(covariance) * noise, 0.0)) / scale
     model = model_of(theta, orders, roles, period, c)
     errors = tuple(run.y[problem.first :] - model.one_step(run.y, run.u, run.d)[problem.first :] for run in runs)
@@ -81,7 +83,8 @@ class _Problem:
         self.rows = int(self.there.sum())
         covariance = np.cov(np.vstack(residuals).T).reshape(self.outputs, self.outputs)
         floor = 1e-12 * np.trace(covariance) + 1e-300
-        self.weight = np.linalg.inv(np.linalg.cholesky(covariance + floor * np.eye(self.outputs)))
+        self.weight: Floats = _linalg.inv(_linalg.cholesky(covariance + floor * np.eye(self.outputs)))
+
     def split(self, point: Floats) -> tuple[Floats, Floats]:
         """Return theta and C of a point."""
         count = self.outputs * self.width
@@ -119,6 +122,6 @@ class _Problem:
         for k in range(m, len(s)):
             for i in range(m):
                 flat[k] -= c[i] @ flat[k - 1 - i]
-            np.clip(flat[k], -LARGEST**2, LARGEST**2, out=flat[k])
+            np.clip(flat[k], -(LARGEST**2), LARGEST**2, out=flat[k])
         slopes = s[m:].transpose(0, 2, 1, 3)[self.there]
         return np.einsum("ab,nbp->nap", self.weight, slopes).reshape(-1, point.size)

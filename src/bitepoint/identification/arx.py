@@ -1,9 +1,9 @@
 """ARX models with measured disturbances, from several runs.
 
-Least squares is right where the noise enters the equation. Where it sits on the measured outputs instead, they are noisy
-regressors, and least squares is biased; instruments are then right: the same equations, multiplied by regressors whose
-outputs are simulated by the model, and so free of the noise [1, sec. 7.6]. Both are fitted; the one that simulates the
-training runs better is taken.
+Least squares is right where the noise enters the equation. Where it sits on the measured outputs instead, they are
+noisy regressors, and least squares is biased; instruments are then right: the same equations, multiplied by regressors
+whose outputs are simulated by the model, and so free of the noise [1, sec. 7.6]. Both are fitted; the one that
+simulates the training runs better is taken.
 
 [1] Ljung, System Identification: Theory for the User, 2nd ed., 1999.
 """
@@ -13,12 +13,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from bitepoint.identification.regression import Orders, Roles, Run, model_of, regressors, stacked
 from bitepoint.models.arx import ArxModel
 from bitepoint.recording import Floats
+
+_linalg: Any = np.linalg
 
 METHODS = ("auto", "least squares", "instruments")
 """How an ARX model can be fitted."""
@@ -96,9 +99,11 @@ def least_squares(runs: Sequence[Run], roles: Roles, orders: Orders, period: flo
     first = max(orders)
     x, y = stacked(runs, orders, first)
     scale = np.maximum(np.linalg.norm(x, axis=0), 1e-300)
-    solution, _, _, singular = np.linalg.lstsq(x / scale, y, rcond=None)
-    theta = (solution.T / scale).astype(float)
-    inverse = np.linalg.pinv((x / scale).T @ (x / scale))
+    solution: Floats
+    singular: Floats
+    solution, _, _, singular = _linalg.lstsq(x / scale, y, rcond=None)
+    theta = solution.T / scale
+    inverse: Floats = _linalg.pinv((x / scale).T @ (x / scale))
     spread = np.sqrt(np.maximum(np.diag(inverse), 0.0)) / scale
     return _fit("least squares", theta, spread, singular, runs, (roles, orders, period, first))
 
@@ -110,8 +115,8 @@ def instruments(
     first = max(orders)
     x, y = stacked(runs, orders, first)
     scale = np.maximum(np.linalg.norm(x, axis=0), 1e-300)
-    singular = np.linalg.svd(x / scale, compute_uv=False)
-    model, theta, spread = start, None, None
+    singular: Floats = _linalg.svd(x / scale, compute_uv=False)
+    model, theta, spread = start, start.past_outputs, scale
     for _ in range(PASSES):
         simulated = [model.free_run(run.y, run.u, run.d) for run in runs]
         z = np.vstack([regressors(run, orders, first, s) for run, s in zip(runs, simulated, strict=True)])
@@ -119,14 +124,12 @@ def instruments(
             return None
         z = z / np.maximum(np.linalg.norm(z, axis=0), 1e-300)
         moments = z.T @ (x / scale)
-        if np.linalg.cond(moments) > 1e14:
+        if _linalg.cond(moments) > 1e14:
             return None
-        inverse = np.linalg.inv(moments)
+        inverse: Floats = _linalg.inv(moments)
         theta = (inverse @ z.T @ y).T / scale
         spread = np.sqrt(np.maximum(np.diag(inverse @ (z.T @ z) @ inverse.T), 0.0)) / scale
         model = model_of(theta, orders, roles, period)
-    assert theta is not None
-    assert spread is not None
     return _fit("instruments", theta, spread, singular, runs, (roles, orders, period, first))
 
 
@@ -142,7 +145,7 @@ def _fit(
     noise = np.sqrt((every**2).sum(axis=0) / freedom)
     condition = float(singular[0] / max(singular[-1], 1e-300))
     model = model_of(theta, orders, roles, period)
-    return Fit(model, method, residuals, theta, np.outer(noise, spread), condition, theta.size)
+    return Fit(model, method, residuals, theta, noise[:, np.newaxis] * spread, condition, theta.size)
 
 
 def free_run_loss(model: ArxModel, runs: Sequence[Run]) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bitepoint.identification.readers.log import FileFault, Log
+from bitepoint.identification.readers.log import FileError, Log
 from bitepoint.identification.units import conversion, header_unit, split_header
 from bitepoint.recording import Channel
 from bitepoint.units import UnitError
@@ -29,7 +29,7 @@ def find_column(log: Log, channel: Channel, wish: str | None = None) -> Column:
         wish: name of the signal; a unit may follow after a blank.
 
     Raises:
-        FileFault: no such signal, several, or a unit of another dimension.
+        FileError: no such signal, several, or a unit of another dimension.
     """
     name, unit = _named(log, channel) if wish is None else _wished(log, channel, wish)
     stated = unit or log.units[name] or header_unit(name, (channel.name,)) or split_header(name)[1] or channel.unit
@@ -37,7 +37,7 @@ def find_column(log: Log, channel: Channel, wish: str | None = None) -> Column:
         return Column(name, *conversion(stated, channel.unit))
     except UnitError as error:
         where = f"{log.where}: {name}"
-        raise FileFault(where, f"{error}", f"expected a unit such as {channel.unit}, see --column") from None
+        raise FileError(where, f"{error}", f"expected a unit such as {channel.unit}, see --column") from None
 
 
 def _named(log: Log, channel: Channel) -> tuple[str, str | None]:
@@ -45,9 +45,9 @@ def _named(log: Log, channel: Channel) -> tuple[str, str | None]:
         return channel.name, None
     found = [name for name in log.units if header_unit(name, (channel.name,)) is not None]
     if len(found) > 1:
-        raise FileFault(log.where, f"{' and '.join(found[:3])} all are {channel.name}", _mend(channel))
+        raise FileError(log.where, f"{' and '.join(found[:3])} all are {channel.name}", _mend(channel))
     if not found:
-        raise FileFault(log.where, f"no channel {channel.name}", f"it has {_some(log)}; {_mend(channel)}")
+        raise FileError(log.where, f"no channel {channel.name}", f"it has {_some(log)}; {_mend(channel)}")
     return found[0], None
 
 
@@ -57,7 +57,7 @@ def _wished(log: Log, channel: Channel, wish: str) -> tuple[str, str | None]:
         name, unit = " ".join(words[:count]), " ".join(words[count:])
         if name in log.units:
             return name, unit.strip() or None
-    raise FileFault(log.where, f"no channel {wish} for {channel.name}", f"it has {_some(log)}")
+    raise FileError(log.where, f"no channel {wish} for {channel.name}", f"it has {_some(log)}")
 
 
 def _some(log: Log) -> str:

@@ -1,7 +1,7 @@
 """Logs to runs: channels found and converted, times aligned, gaps cut, one raster for all.
 
-Nothing is repaired: a gap in time ends a run and begins the next one, and a file that is broken is left out and named in
-a warning. What is asked for and cannot be done is refused.
+Nothing is repaired: a gap in time ends a run and begins the next one, and a file that is broken is left out and named
+in a warning. What is asked for and cannot be done is refused.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from bitepoint.errors import InputError
 from bitepoint.identification.columns import find_column
-from bitepoint.identification.readers import SUFFIXES, FileFault, Log, open_log
+from bitepoint.identification.readers import SUFFIXES, FileError, Log, open_log
 from bitepoint.recording import Channel, Floats, Recording
 
 GAP = 3.0
@@ -117,7 +117,7 @@ def read_dataset(paths: Sequence[str | Path], request: Request, option: str = "i
     """
     runs: list[Recording] = []
     warnings: list[str] = []
-    faults: list[FileFault] = []
+    faults: list[FileError] = []
     files: dict[str, str] = {}
     period = request.period
     for path in log_files(paths, option):
@@ -126,7 +126,7 @@ def read_dataset(paths: Sequence[str | Path], request: Request, option: str = "i
             signals = _signals(log, request, warnings)
             period = _usual_step(signals[0][0]) if period is None else period
             pieces = _pieces(signals, request.channels, period, str(path))
-        except FileFault as fault:
+        except FileError as fault:
             faults.append(fault)
             warnings.append(f"{fault.where} is left out: {fault.problem}")
             continue
@@ -158,7 +158,7 @@ def _signals(log: Log, request: Request, warnings: list[str]) -> list[tuple[Floa
         rising = np.diff(time) > 0.0
         if not rising.all():
             row = int(np.argmin(rising)) + 1
-            raise FileFault(where, f"time does not increase at {time[row]:g} s", "sort the rows, remove repeated ones")
+            raise FileError(where, f"time does not increase at {time[row]:g} s", "sort the rows, remove repeated ones")
         result.append((time - request.delays.get(channel.name, 0.0), values * column.scale + column.offset))
     return result
 
@@ -166,15 +166,15 @@ def _signals(log: Log, request: Request, warnings: list[str]) -> list[tuple[Floa
 def _present(time: Floats, values: Floats, where: str) -> tuple[Floats, Floats]:
     """Return a signal from its first value to its last: what stands empty before and after was not logged."""
     if not np.isfinite(time).all():
-        raise FileFault(where, "a time is no number", "remove the row")
+        raise FileError(where, "a time is no number", "remove the row")
     there = np.flatnonzero(np.isfinite(values))
     if there.size < 2:
-        raise FileFault(where, "no values", "expected a logged channel")
+        raise FileError(where, "no values", "expected a logged channel")
     span = slice(int(there[0]), int(there[-1]) + 1)
     inside = np.isfinite(values[span])
     if not inside.all():
         first = time[span][int(np.argmin(inside))]
-        raise FileFault(where, f"{int((~inside).sum())} values missing, from {first:g} s", "cut the log there")
+        raise FileError(where, f"{int((~inside).sum())} values missing, from {first:g} s", "cut the log there")
     return time[span], values[span]
 
 
@@ -189,9 +189,9 @@ def _pieces(
     """Return what lies between gaps, on the raster."""
     start, end = max(time[0] for time, _ in signals), min(time[-1] for time, _ in signals)
     if end - start < period:
-        raise FileFault(where, "its channels have no time in common", "expected channels that overlap")
+        raise FileError(where, "its channels have no time in common", "expected channels that overlap")
     if (end - start) / period > MOST_ROWS:
-        raise FileFault(where, f"{end - start:g} s of log", f"expected at most {MOST_ROWS} rows")
+        raise FileError(where, f"{end - start:g} s of log", f"expected at most {MOST_ROWS} rows")
     cuts = [(start, end)]
     for time, _ in signals:
         step = np.diff(time)
@@ -224,4 +224,4 @@ def _raster(time: Floats, first: float, last: float, period: float) -> Floats:
     inside = time[(time >= first - 1e-9) & (time <= last + 1e-9)]
     start = max(float(inside[0]), first) if inside.size else first
     rows = int(np.floor((last - start) / period + 1e-6)) + 1
-    return start + period * np.arange(max(rows, 0))
+    return start + period * np.arange(max(rows, 0), dtype=np.float64)

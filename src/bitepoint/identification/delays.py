@@ -17,7 +17,7 @@ LEAST_CORRELATION = 0.15
 """Weaker correlations give no hint (chosen; those of independent channels are below 0.05 on a thousand rows)."""
 
 EXPECTED = 1
-"""Rows by which the second difference of the speed, as `estimate_delay` sets it, follows that of an undelayed torque."""
+"""Rows by which the acceleration of the speed, set as in `estimate_delay`, follows a torque that is not delayed."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What residuals and regressors say of a fit: whiteness, left-over influence of the inputs, and what data cannot tell."""
+"""What residuals and regressors say of a fit: whiteness, influence of inputs that is left, what data cannot tell."""
 
 from __future__ import annotations
 
@@ -68,7 +68,9 @@ def whiteness(fit: Fit, lags: int = LAGS) -> list[Whiteness]:
     library: Any = special
     found: list[Whiteness] = []
     for n, name in enumerate(fit.model.outputs):
-        runs = [each[:, n] - np.mean(np.concatenate([other[:, n] for other in fit.residuals])) for each in fit.residuals]
+        runs = [
+            each[:, n] - np.mean(np.concatenate([other[:, n] for other in fit.residuals])) for each in fit.residuals
+        ]
         rows = sum(map(len, runs))
         power = max(_products(runs, runs, 0), 1e-300)
         correlation = np.array([_products(runs, runs, lag) / power for lag in range(1, lags + 1)])

@@ -102,7 +102,7 @@ class Identified:
     validation: Sequence[Recording]
 
     def to_json(self) -> dict[str, Any]:
-        """Return what `bitepoint identify --json` prints: rms one step ahead, largest in free run; not finite is null."""
+        """Return what `bitepoint identify --json` prints: rms one step ahead, largest in free run; null: not finite."""
         told: dict[str, Any] = {
             part: {
                 "one_step": {name: _finite(found[name].one_step_rms) for name in found},
@@ -249,7 +249,9 @@ def _about(
         "method": fit.method,
         "errors": told,
         "runs": {"train": len(training), "validation": len(validation)},
-        "rows": {part: sum(len(run.time) for run in runs) for part, runs in (("train", training), ("validation", validation))},
+        "rows": {
+            part: sum(len(run.time) for run in runs) for part, runs in (("train", training), ("validation", validation))
+        },
         "aic": fit.aic,
         "bic": fit.bic,
         "condition": fit.condition,

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
-from bitepoint.recording import Channel, Floats, Recording
+from bitepoint.recording import Channel, Recording
 
 CHANNELS = (
     Channel("engine_speed", "rad/s", "engine speed, with noise"),
@@ -20,7 +21,7 @@ LEAST_ROWS = 20
 """A run with fewer rows is no log."""
 
 
-def slip_rows(recording: Recording, every: int) -> Floats:
+def slip_rows(recording: Recording, every: int) -> npt.NDArray[np.intp]:
     """Return the rows of a recording that are logged, indices of every `every`-th row.
 
     They run from where the vehicle first moves until the clutch locks, without a break, and while the engine is not

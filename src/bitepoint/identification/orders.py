@@ -5,11 +5,13 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
 from bitepoint.identification.arx import information
 from bitepoint.identification.regression import Orders, Roles, Run, model_of, stacked
+from bitepoint.recording import Floats
 
 HIGHEST: Orders = (4, 3, 3)
 """Highest orders that are tried."""
@@ -42,9 +44,11 @@ def try_orders(runs: Sequence[Run], roles: Roles, period: float, highest: Orders
     first, largest = max(highest), roles.columns(highest)
     x, y = stacked(runs, highest, first)
     scale = np.maximum(np.linalg.norm(x, axis=0), 1e-300)
-    triangle = np.linalg.qr(np.hstack([x / scale, y]), mode="r")  # holds all that least squares needs of the rows
+    # the triangle holds all that least squares needs of the rows
+    triangle = cast("Floats", np.linalg.qr(np.hstack([x / scale, y]), mode="r"))
     found: list[Candidate] = []
-    for orders in itertools.product(*(range(1, order + 1) for order in highest)):
+    for n_a, n_b, n_g in itertools.product(*(range(1, order + 1) for order in highest)):
+        orders = (n_a, n_b, n_g)
         columns = [largest.index(column) for column in roles.columns(orders)]
         solution = np.linalg.lstsq(triangle[:, columns], triangle[:, len(largest) :], rcond=None)[0]
         left = triangle[:, len(largest) :] - triangle[:, columns] @ solution

@@ -85,4 +85,5 @@ def model_of(
         parts.append(np.ascontiguousarray(block.reshape(rows, order, width).transpose(1, 0, 2)))
         start += width * order
     c = np.zeros((0, rows, rows)) if errors is None else errors
-    return ArxModel(roles.outputs, roles.inputs, roles.disturbances, period, *parts, c, about or {})
+    p, q, g = parts
+    return ArxModel(roles.outputs, roles.inputs, roles.disturbances, period, p, q, g, c, about or {})

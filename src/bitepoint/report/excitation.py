@@ -59,5 +59,7 @@ def excitation_page(logs: Mapping[str, Recording], figures: Metrics, status: str
     body += table(("setting", "value"), settings) if settings else ""
     body += pictures([("All runs", excitation_figure(logs))])
     body += table(("log", "run", "rows", "ended"), rows)
-    footer = f"bitepoint {about.get('version', '')}. Rows: the vehicle moves, the clutch slips. Torques act from a row on."
+    footer = (
+        f"bitepoint {about.get('version', '')}. Rows: the vehicle moves, the clutch slips. Torques act from a row on."
+    )
     return page(title, f"{status}: {reason}", body, footer)

@@ -1,4 +1,4 @@
-"""The report of an identified model: orders, fit and error in training and validation, residuals, poles, coefficients."""
+"""The report of an identified model: orders, fit and error in training and validation, residuals, coefficients."""
 
 from __future__ import annotations
 
@@ -26,7 +26,9 @@ def identification_page(found: Identified) -> str:
     parts = [("Training: free run and its error", training_figure(found))]
     if found.validation:
         parts.append(("Validation: free run and its error", validation_figure(found)))
-    parts.append(("Residuals one step ahead: autocorrelation, and correlation with past signals", residual_figure(found)))
+    parts.append(
+        ("Residuals one step ahead: autocorrelation, and correlation with past signals", residual_figure(found))
+    )
     parts.append(("Poles", pole_figure(found)))
     if found.candidates:
         parts.insert(0, ("Information criteria over the orders, least squares", order_figure(found)))
@@ -35,7 +37,9 @@ def identification_page(found: Identified) -> str:
     summary = f"{about['method']}, raster {found.model.period:g} s, {about['rows']['train']} rows for training"
     body = error_table(found) + bullets(found.warnings, "Warnings") + pictures(parts) + coefficient_table(found)
     body += bullets(about.get("files", {}), "Logs")
-    footer = f"bitepoint {about['versions']['bitepoint']}. A free run begins with measured rows and then feeds on itself."
+    footer = (
+        f"bitepoint {about['versions']['bitepoint']}. A free run begins with measured rows and then feeds on itself."
+    )
     return page(f"{found.model.kind.upper()} ({orders}) of a launch", summary, body, footer)
 
 
@@ -116,20 +120,28 @@ def _fit_figure(found: Identified, recordings: Sequence[Recording]) -> Any:
         one = model.one_step(run.y, run.u, run.d)
         for row, name in enumerate(model.outputs):
             lines = (
-                ("measured", run.y[:, row], GREY, 2 * row + 1), ("free run", simulated[n][:, row], BLUE, 2 * row + 1),
+                ("measured", run.y[:, row], GREY, 2 * row + 1),
+                ("free run", simulated[n][:, row], BLUE, 2 * row + 1),
                 ("error, free run", run.y[:, row] - simulated[n][:, row], BLUE, 2 * row + 2),
                 ("error, one step", run.y[:, row] - one[:, row], ORANGE, 2 * row + 2),
             )  # fmt: skip
             for text, values, colour, panel in lines:
                 first = place == 0 and row == 0
                 trace = go.Scatter(
-                    x=time, y=_finite(values), name=text, line={"color": colour, "width": 1.5}, legendgroup=text,
-                    showlegend=first, hovertext=Path(recording.about.get("file", "")).name,
-                )  # fmt: skip
+                    x=time,
+                    y=_finite(values),
+                    name=text,
+                    line={"color": colour, "width": 3 if text == "measured" else 1.3},
+                    legendgroup=text,
+                    showlegend=first,
+                    hovertext=Path(recording.about.get("file", "")).name,
+                )
                 figure.add_trace(trace, row=panel, col=1)
             figure.update_yaxes(title_text=f"{_words(name)}, {display(UNITS[name])}", row=2 * row + 1, col=1)
             figure.update_yaxes(title_text=f"error, {display(UNITS[name])}", row=2 * row + 2, col=1)
-    shown = f"{len(worst)} of {len(runs)} runs, those that are simulated worst" if len(worst) < len(runs) else "all runs"
+    shown = (
+        f"{len(worst)} of {len(runs)} runs, those that are simulated worst" if len(worst) < len(runs) else "all runs"
+    )
     figure.update_xaxes(title_text=f"time, s; {shown}, one after the other", row=2 * len(model.outputs), col=1)
     return _laid_out(figure, 900)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,9 +10,9 @@ import numpy as np
 from bitepoint import metrics
 from bitepoint.metrics import Metrics
 from bitepoint.recording import Floats, Recording
+from bitepoint.report.page import BLUE, GREEN, GREY, ORANGE, RED, bullets, figures_table, page, pictures
 
 _RPM = 60.0 / (2.0 * np.pi)
-_BLUE, _ORANGE, _GREEN, _GREY, _RED = "#1f6fb4", "#e07b00", "#2a8f4b", "#8a8f98", "#c0392b"
 
 _HELD = ("clutch capacity commanded", "throttle", "engine target")
 """Commands: constant from one step of the controller to the next."""
@@ -22,24 +21,24 @@ _PANELS: Sequence[tuple[str, Sequence[tuple[str, str, float, str, str]]]] = (
     (
         "speed, rpm",
         (
-            ("engine_speed", "engine", _RPM, _BLUE, "solid"),
-            ("clutch_speed", "clutch plate", _RPM, _ORANGE, "solid"),
-            ("engine_speed_target", "engine target", _RPM, _GREY, "dot"),
+            ("engine_speed", "engine", _RPM, BLUE, "solid"),
+            ("clutch_speed", "clutch plate", _RPM, ORANGE, "solid"),
+            ("engine_speed_target", "engine target", _RPM, GREY, "dot"),
         ),
     ),
     (
         "torque, N m",
         (
-            ("engine_torque", "engine", 1.0, _BLUE, "solid"),
-            ("clutch_torque", "clutch", 1.0, _ORANGE, "solid"),
-            ("clutch_torque_command", "clutch capacity commanded", 1.0, _GREY, "dot"),
+            ("engine_torque", "engine", 1.0, BLUE, "solid"),
+            ("clutch_torque", "clutch", 1.0, ORANGE, "solid"),
+            ("clutch_torque_command", "clutch capacity commanded", 1.0, GREY, "dot"),
         ),
     ),
     (
         "opening, %",
-        (("pedal", "pedal", 100.0, _GREY, "solid"), ("throttle", "throttle", 100.0, _BLUE, "solid")),
+        (("pedal", "pedal", 100.0, GREY, "solid"), ("throttle", "throttle", 100.0, BLUE, "solid")),
     ),
-    ("speed, km/h", (("vehicle_speed", "vehicle", 3.6, _GREEN, "solid"),)),
+    ("speed, km/h", (("vehicle_speed", "vehicle", 3.6, GREEN, "solid"),)),
 )
 
 
@@ -59,8 +58,8 @@ def launch_figure(recording: Recording, title: str) -> Any:
     sync = None if onset is None else metrics.sync_time(recording, onset)
     for time, text in ((onset, "pedal onset"), (sync, "sync")):
         if time is not None:
-            figure.add_vline(x=time, line={"color": _RED, "width": 1, "dash": "dash"}, row="all", col=1)
-            note = {"text": text, "yanchor": "bottom", "showarrow": False, "font": {"color": _RED, "size": 11}}
+            figure.add_vline(x=time, line={"color": RED, "width": 1, "dash": "dash"}, row="all", col=1)
+            note = {"text": text, "yanchor": "bottom", "showarrow": False, "font": {"color": RED, "size": 11}}
             figure.add_annotation(x=time, y=1.0, yref="y domain", xref="x", **note)
     figure.update_xaxes(title_text="time, s", row=5, col=1)
     figure.update_layout(
@@ -89,51 +88,20 @@ def _add_jerk(figure: Any, recording: Recording) -> None:
     time = recording.time[0] + (np.arange(values.size) + 1) / metrics.JERK_SAMPLING
     if "vehicle_acceleration" in recording:
         acceleration = recording["vehicle_acceleration"]
-        _line(figure, 5, "acceleration", recording.time, acceleration, _GREEN, "dot")
-    _line(figure, 5, "jerk", time, values, _RED, "solid")
+        _line(figure, 5, "acceleration", recording.time, acceleration, GREEN, "dot")
+    _line(figure, 5, "jerk", time, values, RED, "solid")
     figure.update_yaxes(title_text="jerk, m/s³; acceleration, m/s²", row=5, col=1)
 
 
 def launch_page(recording: Recording, figures: Metrics, status: str, reason: str) -> str:
     """Return a self-contained HTML page: the figures of merit, the picture, and what was run."""
-    from plotly import io
-
-    library: Any = io
-
     title = " · ".join(recording.about.get(key, "") for key in ("scenario", "vehicle", "controller"))
-    body: str = library.to_html(launch_figure(recording, ""), full_html=False, include_plotlyjs=True)
-    cells = "".join(
-        f"<tr><th>{html.escape(name.replace('_', ' '))}</th><td>{html.escape(str(metric))}</td></tr>"
-        for name, metric in figures.items()
+    settings = [
+        f"{key.removeprefix('set.')} = {value}" for key, value in recording.about.items() if key.startswith("set.")
+    ]
+    body = figures_table(figures) + bullets(settings, "Settings") + pictures([("", launch_figure(recording, ""))])
+    footer = (
+        f"bitepoint {recording.about.get('version', '')}. Jerk: vehicle speed at 100 Hz, differenced twice, order-2 "
+        "Butterworth forwards and backwards at 10 Hz. jerk peak counts to sync, jerk peak settled to sync + 0.5 s."
     )
-    settings = "".join(
-        f"<li><code>{html.escape(key.removeprefix('set.'))} = {html.escape(value)}</code></li>"
-        for key, value in recording.about.items()
-        if key.startswith("set.")
-    )
-    return _PAGE.format(
-        title=html.escape(title), status=html.escape(status), reason=html.escape(reason), cells=cells, body=body,
-        settings=f"<p>Settings:</p><ul>{settings}</ul>" if settings else "",
-        version=html.escape(recording.about.get("version", "")),
-    )  # fmt: skip
-
-
-_PAGE = """<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}</title>
-<style>
-body {{ font: 15px/1.5 system-ui, sans-serif; color: #222; margin: 2rem auto; max-width: 1150px; padding: 0 1rem; }}
-h1 {{ font-size: 1.3rem; margin-bottom: .2rem; }}
-table {{ border-collapse: collapse; margin: 1rem 0; }}
-th {{ text-align: left; font-weight: normal; color: #555; padding: .15rem 2rem .15rem 0; }}
-td {{ text-align: right; font-variant-numeric: tabular-nums; }}
-footer {{ color: #777; font-size: .85rem; margin: 1rem 0; }}
-</style></head><body>
-<h1>{title}</h1>
-<p><strong>{status}</strong>: {reason}</p>
-<table>{cells}</table>
-{settings}
-{body}
-<footer>bitepoint {version}. Jerk: vehicle speed at 100 Hz, differenced twice, order-2 Butterworth forwards and
-backwards at 10 Hz. jerk peak counts to sync, jerk peak settled to sync + 0.5 s.</footer>
-</body></html>
-"""
+    return page(title, f"{status}: {reason}", body, footer)

@@ -38,14 +38,15 @@ def pictures(figures: Sequence[tuple[str, Any]]) -> str:
 
     library: Any = io
     return "".join(
-        f"<h2>{html.escape(caption)}</h2>" + library.to_html(figure, full_html=False, include_plotlyjs=n == 0)
+        (f"<h2>{html.escape(caption)}</h2>" if caption else "")
+        + library.to_html(figure, full_html=False, include_plotlyjs=n == 0)
         for n, (caption, figure) in enumerate(figures)
     )
 
 
 def page(title: str, summary: str, body: str, footer: str) -> str:
-    """Return a self-contained HTML page; title and summary are plain text, body and footer HTML."""
-    return _PAGE.format(title=html.escape(title), summary=html.escape(summary), body=body, footer=footer)
+    """Return a self-contained HTML page; the body is HTML, all else plain text."""
+    return _PAGE.format(title=html.escape(title), summary=html.escape(summary), body=body, footer=html.escape(footer))
 
 
 _PAGE = """<!DOCTYPE html>

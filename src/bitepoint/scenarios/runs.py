@@ -73,10 +73,10 @@ def parse_runs(value: object, where: str) -> Runs:
     vary = block.get("vary")
     if unknown or not isinstance(vary, Mapping):
         raise InputError(where, f"runs: got keys {', '.join(block)}", "expected vary, a block, and perhaps number")
-    keys = {str(key): values for key, values in cast("Mapping[object, Any]", vary).items()}
+    keys = {str(key): cast("Any", values) for key, values in cast("Mapping[object, object]", vary).items()}
     for key, values in keys.items():
-        if not isinstance(values, list) or not values or "." not in key:
-            raise InputError(where, f"runs.vary.{key}: got {brief(values)}", "expected a dotted key with a list")
+        if not isinstance(values, list) or not cast("list[Any]", values) or "." not in key:
+            raise InputError(where, f"runs.vary.{key}: got {brief(cast('object', values))}", "expected a dotted key with a list")
     count = int(np.prod([len(values) for values in keys.values()], dtype=float))
     if count > MOST_RUNS:
         raise InputError(where, f"runs.vary: {count} combinations", f"expected at most {MOST_RUNS}")

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from bitepoint.errors import InputError
-from bitepoint.identification.readers.log import FileFault, Log
+from bitepoint.identification.readers.log import FileError, Log
 
-__all__ = ["SUFFIXES", "FileFault", "Log", "open_log"]
+__all__ = ["SUFFIXES", "FileError", "Log", "open_log"]
 
 SUFFIXES = (".csv", ".txt", ".parquet", ".mf4", ".mdf", ".log", ".asc", ".blf")
 """What is read, by the end of the file's name."""
@@ -21,7 +21,7 @@ def open_log(path: Path, databases: tuple[Path, ...] = (), time: str | None = No
         time: name of the column of the time in tables, a unit may follow after a blank; None: it is found by its name.
 
     Raises:
-        FileFault: it cannot be read.
+        FileError: it cannot be read.
         InputError: no such file, a kind that is not read here, frames without a database, or a missing library.
     """
     if not path.is_file():

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from bitepoint.errors import InputError
-from bitepoint.identification.readers.log import FileFault, Log, library
+from bitepoint.identification.readers.log import FileError, Log, library
 from bitepoint.recording import Floats
+
 
 def open_can(path: Path, databases: tuple[Path, ...]) -> Log:
     """Return a log of CAN frames; signals are named SIGNAL, and MESSAGE.SIGNAL where a name is in several messages.
@@ -19,7 +20,7 @@ def open_can(path: Path, databases: tuple[Path, ...]) -> Log:
     Frames that no database knows are passed over; a frame that does not fit its message is a fault.
 
     Raises:
-        FileFault: it cannot be read, or the databases know none of its frames.
+        FileError: it cannot be read, or the databases know none of its frames.
         InputError: no database, one that cannot be read, or a missing library.
     """
     where = str(path)
@@ -31,7 +32,7 @@ def open_can(path: Path, databases: tuple[Path, ...]) -> Log:
         frames = list(_frames(can, path))
     except Exception as error:  # noqa: BLE001 - the readers raise whatever they met in the bytes
         text = (str(error).splitlines() or [type(error).__name__])[0][:80]
-        raise FileFault(where, f"cannot be read ({text})", "expected a candump, ASC or BLF file") from None
+        raise FileError(where, f"cannot be read ({text})", "expected a candump, ASC or BLF file") from None
     find = _finder(messages)
     seen: dict[str, list[Any]] = {}
     known: dict[str, Any] = {}
@@ -41,14 +42,16 @@ def open_can(path: Path, databases: tuple[Path, ...]) -> Log:
             known[message.name] = message
             seen.setdefault(message.name, []).append(frame)
     if not known:
-        raise FileFault(where, f"none of its {len(frames)} frames is in the database", "expected the log's own --dbc")
+        raise FileError(where, f"none of its {len(frames)} frames is in the database", "expected the log's own --dbc")
     owners = dict(_owners(known.values()))
 
     def read(name: str) -> tuple[Floats, Floats]:
         message, signal = owners[name]
         return _decoded(message, signal, seen[message.name], where)
 
-    return Log(where, {name: message.get_signal_by_name(signal).unit for name, (message, signal) in owners.items()}, read)
+    return Log(
+        where, {name: message.get_signal_by_name(signal).unit for name, (message, signal) in owners.items()}, read
+    )
 
 
 def _frames(can: Any, path: Path) -> Iterator[Any]:
@@ -82,7 +85,7 @@ def _finder(messages: list[Any]) -> Callable[[int, bool], Any]:
 
 
 def _group(identifier: int) -> int:
-    """Return the J1939 parameter group of a 29-bit identifier: without priority, sender and, if it has one, receiver."""
+    """Return the J1939 parameter group of a 29-bit identifier: without priority, sender, and receiver if it has one."""
     group = (identifier >> 8) & 0x3FFFF
     return group if (group >> 8) & 0xFF >= 240 else group & 0x3FF00
 
@@ -105,7 +108,7 @@ def _decoded(message: Any, signal: str, frames: list[Any], where: str) -> tuple[
             found = message.decode(bytes(frame.data), decode_choices=False, allow_truncated=False)
         except Exception as error:  # noqa: BLE001 - its decoders raise whatever they met
             text = (str(error).splitlines() or [type(error).__name__])[0][:80]
-            raise FileFault(where, f"{message.name} at {frame.timestamp:g} s: {text}", "use its own --dbc") from None
+            raise FileError(where, f"{message.name} at {frame.timestamp:g} s: {text}", "use its own --dbc") from None
         if signal in found:  # a multiplexed signal is in some frames only
             times.append(frame.timestamp)
             values.append(float(found[signal]))

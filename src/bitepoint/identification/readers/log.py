@@ -11,7 +11,7 @@ from bitepoint.errors import InputError
 from bitepoint.recording import Floats
 
 
-class FileFault(InputError):
+class FileError(InputError):
     """A file is broken, or is not what was asked for: it is left out, and named in a warning."""
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bitepoint.identification.readers.log import FileFault, Log, library
+from bitepoint.identification.readers.log import FileError, Log, library
 from bitepoint.recording import Floats
 
 
@@ -16,7 +16,7 @@ def open_mf4(path: Path) -> Log:
     """Return an MDF file as a log; where channels of one name are in several groups, the first one counts.
 
     Raises:
-        FileFault: it cannot be read.
+        FileError: it cannot be read.
         InputError: asammdf is not installed.
     """
     where = str(path)
@@ -28,7 +28,7 @@ def open_mf4(path: Path) -> Log:
             places: dict[str, Any] = {name: groups[0] for name, groups in file.channels_db.items()}
             units = {name: _unit(file, place) for name, place in places.items()}
     except Exception as error:  # noqa: BLE001 - asammdf raises whatever it met in the bytes
-        raise FileFault(where, f"cannot be read ({_first_line(error)})", "expected an MDF file") from None
+        raise FileError(where, f"cannot be read ({_first_line(error)})", "expected an MDF file") from None
 
     def read(name: str) -> tuple[Floats, Floats]:
         group, index = places[name]
@@ -36,7 +36,7 @@ def open_mf4(path: Path) -> Log:
             signal = file.get(group=group, index=index)
             return np.asarray(signal.timestamps, float), np.asarray(signal.samples, float)
         except Exception as error:  # noqa: BLE001 - asammdf raises whatever it met in the bytes
-            raise FileFault(where, f"{name}: cannot be read ({_first_line(error)})", "expected numbers") from None
+            raise FileError(where, f"{name}: cannot be read ({_first_line(error)})", "expected numbers") from None
 
     return Log(where, units, read)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bitepoint.identification.readers.log import FileFault, Log
+from bitepoint.identification.readers.log import FileError, Log
 from bitepoint.identification.units import header_unit
 from bitepoint.recording import Floats
 from bitepoint.units import UnitError, parse
@@ -26,23 +26,23 @@ def open_table(path: Path, time: str | None = None) -> Log:
         time: name of the column of the time, a unit may follow after a blank; None: the first of `TIME_NAMES`.
 
     Raises:
-        FileFault: it cannot be read, two columns have one name, or there is no column of time.
+        FileError: it cannot be read, two columns have one name, or there is no column of time.
     """
     where = str(path)
     table = _read(path)
     names: list[str] = [name.strip() for name in table.column_names]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
-        raise FileFault(where, f"two columns are named {twice}", "rename one of them")
+        raise FileError(where, f"two columns are named {twice}", "rename one of them")
     if not table.num_rows:
-        raise FileFault(where, "no rows", "expected a header and rows of numbers")
+        raise FileError(where, "no rows", "expected a header and rows of numbers")
     table = table.rename_columns(names)
     units = {name: _metadata_unit(table, name) for name in names}
     name, unit = _time_column(names, time, where)
     try:
         scale = parse(1.0, "s", unit or units[name] or header_unit(name, TIME_NAMES) or "s")
     except UnitError as error:
-        raise FileFault(where, f"{name}: {error}", "expected a unit of time") from None
+        raise FileError(where, f"{name}: {error}", "expected a unit of time") from None
     seconds = _seconds(table, name, where) * scale
     del units[name]
     return Log(where, units, lambda column: (seconds, _floats(table, column, where)))
@@ -53,12 +53,12 @@ def _time_column(names: list[str], wish: str | None, where: str) -> tuple[str, s
     if wish is not None:
         name, unit = next(((each, wish.removeprefix(each).strip()) for each in names if _is_wish(wish, each)), ("", ""))
         if not name:
-            raise FileFault(where, f"no column {wish} for time", f"it has {', '.join(names[:8])}")
+            raise FileError(where, f"no column {wish} for time", f"it has {', '.join(names[:8])}")
         return name, unit or None
     found = [name for name in names if header_unit(name, TIME_NAMES) is not None]
     if not found:
         mend = f"expected one named {' or '.join(TIME_NAMES)}, or --column time=NAME"
-        raise FileFault(where, "no column of time", mend)
+        raise FileError(where, "no column of time", mend)
     return found[0], None
 
 
@@ -67,9 +67,7 @@ def _is_wish(wish: str, name: str) -> bool:
 
 
 def _read(path: Path) -> Any:
-    import pyarrow as pa
-    from pyarrow import csv, parquet
-
+    pa, csv, parquet = _arrow()
     where = str(path)
     try:
         if path.suffix.lower() == ".parquet":
@@ -82,7 +80,14 @@ def _read(path: Path) -> Any:
         )
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         text = str(error).splitlines()[0][:80]
-        raise FileFault(where, f"cannot be read ({text})", "expected CSV with a header, or Parquet") from None
+        raise FileError(where, f"cannot be read ({text})", "expected CSV with a header, or Parquet") from None
+
+
+def _arrow() -> tuple[Any, Any, Any]:
+    import pyarrow as pa
+    from pyarrow import csv, parquet
+
+    return pa, csv, parquet
 
 
 def _dialect(path: Path) -> tuple[str, str]:
@@ -102,8 +107,7 @@ def _metadata_unit(table: Any, name: str) -> str | None:
 
 def _seconds(table: Any, name: str, where: str) -> Floats:
     """Return the column of time as numbers; dates become seconds since the first row."""
-    import pyarrow as pa
-
+    pa, _, _ = _arrow()
     column = table[name]
     if pa.types.is_timestamp(column.type):
         ticks = column.cast(pa.timestamp("ns")).cast(pa.int64()).to_numpy(zero_copy_only=False)
@@ -113,9 +117,8 @@ def _seconds(table: Any, name: str, where: str) -> Floats:
 
 def _floats(table: Any, name: str, where: str) -> Floats:
     """Return a column as floats, NaN where a cell is empty."""
-    import pyarrow as pa
-
+    pa, _, _ = _arrow()
     try:
         return np.asarray(table[name].cast(pa.float64()).to_numpy(zero_copy_only=False), float)
     except pa.ArrowException:
-        raise FileFault(where, f"{name}: not numbers only", "expected numbers") from None
+        raise FileError(where, f"{name}: not numbers only", "expected numbers") from None
