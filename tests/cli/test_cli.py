@@ -182,15 +182,17 @@ def listed(bitepoint: Command, *arguments: str) -> dict[str, Any]:
 def test_list_json_has_names_by_kind(bitepoint: Command) -> None:
     assert listed(bitepoint) == {
         "vehicles": ["dct-na190", "dct-t240"],
-        "scenarios": ["dct-launch"],
-        "controllers": ["none", "launch_pid"],
+        "scenarios": ["dct-excitation", "dct-launch"],
+        "controllers": ["none", "launch_pid", "excitation"],
     }
     assert listed(bitepoint, "vehicles") == {"vehicles": ["dct-na190", "dct-t240"]}
 
 
 def test_list_signals_has_what_is_recorded(bitepoint: Command, tmp_path: Path) -> None:
-    bitepoint("run", "dct-launch", "--out", str(tmp_path))
-    recorded = {channel.name for channel in Recording.from_parquet(tmp_path / "recording.parquet").channels}
+    recorded: set[str] = set()
+    for controller in ("none", "launch_pid", "excitation"):
+        bitepoint("run", "dct-launch", "--set", f"controller={controller}", "--out", str(tmp_path))
+        recorded |= {channel.name for channel in Recording.from_parquet(tmp_path / "recording.parquet").channels}
     assert set(listed(bitepoint, "signals")["signals"]) == recorded
 
 
@@ -273,7 +275,7 @@ def test_show_prints_a_library_file_that_runs(bitepoint: Command, tmp_path: Path
     path.write_text(shown.out)
     assert bitepoint("run", "dct-launch", "--set", f"vehicle={path}").status == 0
     assert "stop:" in bitepoint("show", "dct-launch").out
-    bitepoint("show", "boat").refusal("got boat", "dct-na190, dct-t240, dct-launch")
+    bitepoint("show", "boat").refusal("got boat", "dct-na190, dct-t240, dct-excitation, dct-launch")
 
 
 def test_list_keys_names_what_set_takes(bitepoint: Command) -> None:

@@ -51,7 +51,7 @@ def test_the_library_launch_says_what_its_file_says() -> None:
 
 
 def test_every_library_scenario_can_be_put_together() -> None:
-    assert scenario_names() == ["dct-launch"]
+    assert scenario_names() == ["dct-excitation", "dct-launch"]
     for name in scenario_names():
         scenario = load_scenario(name)
         assert scenario.meaning

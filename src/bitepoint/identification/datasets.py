@@ -128,19 +128,21 @@ def read_dataset(paths: Sequence[str | Path], request: Request, option: str = "i
             pieces = _pieces(signals, request.channels, period, str(path))
         except FileError as fault:
             faults.append(fault)
-            warnings.append(f"{fault.where} is left out: {fault.problem}")
+            warnings.append(f"{fault.where}: {fault.problem}; the file is left out")
             continue
         if not pieces:
-            warnings.append(f"{path} is left out: no piece of it has {LEAST_ROWS} rows between gaps")
+            warnings.append(f"{path}: no piece of it has {LEAST_ROWS} rows between gaps; the file is left out")
             continue
         if len(pieces) > 1:
-            warnings.append(f"{path} has {len(pieces) - 1} gaps: it counts as {len(pieces)} runs")
+            warnings.append(f"{path}: {len(pieces) - 1} gaps, so it counts as {len(pieces)} runs")
         files[str(path)] = hashlib.sha256(path.read_bytes()).hexdigest()
         runs += pieces
     if not runs or period is None:
         if faults:
             raise InputError(faults[0].where, faults[0].problem, faults[0].mend)
-        raise InputError(option, warnings[0] if warnings else "no usable log", "give longer logs")
+        raise InputError(
+            option, warnings[0] if warnings else "no usable log", "expected longer logs, or a shorter period"
+        )
     return Dataset(tuple(runs), period, tuple(warnings), files)
 
 
@@ -188,7 +190,7 @@ def _pieces(
 ) -> list[Recording]:
     """Return what lies between gaps, on the raster."""
     start, end = max(time[0] for time, _ in signals), min(time[-1] for time, _ in signals)
-    if end - start < period:
+    if end <= start:
         raise FileError(where, "its channels have no time in common", "expected channels that overlap")
     if (end - start) / period > MOST_ROWS:
         raise FileError(where, f"{end - start:g} s of log", f"expected at most {MOST_ROWS} rows")

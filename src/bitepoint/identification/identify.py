@@ -143,8 +143,12 @@ def identify_launch(
         data, checked, said = _held_out(data)
         warnings.append(said)
     result = identify_runs(data.runs, () if checked is None else checked.runs, options, data.period)
-    files = {**data.files, **({} if checked is None else checked.files)}
-    about = {**result.model.about, "files": {Path(file).name: digest for file, digest in files.items()}}
+    files = {"train": data.files, "validation": {} if checked is None else checked.files}
+    told = {
+        part: [{"name": Path(file).name, "sha256": digest} for file, digest in named.items()]
+        for part, named in files.items()
+    }
+    about = {**result.model.about, "files": told}
     return replace(result, model=replace(result.model, about=about), warnings=[*warnings, *result.warnings])
 
 

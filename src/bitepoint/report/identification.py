@@ -36,7 +36,8 @@ def identification_page(found: Identified) -> str:
     orders = ", ".join(map(str, found.to_json()["orders"]))
     summary = f"{about['method']}, raster {found.model.period:g} s, {about['rows']['train']} rows for training"
     body = error_table(found) + bullets(found.warnings, "Warnings") + pictures(parts) + coefficient_table(found)
-    body += bullets(about.get("files", {}), "Logs")
+    for part, files in about.get("files", {}).items():
+        body += bullets([f"{file['name']}, SHA-256 {file['sha256'][:16]}…" for file in files], f"Logs, {part}")
     footer = (
         f"bitepoint {about['versions']['bitepoint']}. A free run begins with measured rows and then feeds on itself."
     )

@@ -76,7 +76,8 @@ def parse_runs(value: object, where: str) -> Runs:
     keys = {str(key): cast("Any", values) for key, values in cast("Mapping[object, object]", vary).items()}
     for key, values in keys.items():
         if not isinstance(values, list) or not cast("list[Any]", values) or "." not in key:
-            raise InputError(where, f"runs.vary.{key}: got {brief(cast('object', values))}", "expected a dotted key with a list")
+            got = brief(cast("object", values))
+            raise InputError(where, f"runs.vary.{key}: got {got}", "expected a dotted key with a list")
     count = int(np.prod([len(values) for values in keys.values()], dtype=float))
     if count > MOST_RUNS:
         raise InputError(where, f"runs.vary: {count} combinations", f"expected at most {MOST_RUNS}")

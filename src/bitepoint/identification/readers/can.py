@@ -55,8 +55,10 @@ def open_can(path: Path, databases: tuple[Path, ...]) -> Log:
 
 
 def _frames(can: Any, path: Path) -> Iterator[Any]:
-    with can.LogReader(str(path)) as reader:
-        for frame in reader:
+    kinds = {".log": (can.CanutilsLogReader, "r"), ".asc": (can.ASCReader, "r"), ".blf": (can.BLFReader, "rb")}
+    reader, mode = kinds[path.suffix.lower()]
+    with path.open(mode) as file:
+        for frame in reader(file):
             if not (frame.is_error_frame or frame.is_remote_frame):
                 yield frame
 
