@@ -49,7 +49,7 @@ def save(found: Reproduction, folder: str | Path) -> list[Path]:
 
     target = Path(folder)
     paths = [target / name for name in ("rows.json", "reproduction.html")]
-    page = reproduction_page(found)
+    page = reproduction_page(found.name, found.source, found.rows, found.notes, found.figures)
     try:
         target.mkdir(parents=True, exist_ok=True)
         write_atomically(paths[0], (json.dumps(found.to_json(), indent=2, allow_nan=False) + "\n").encode())

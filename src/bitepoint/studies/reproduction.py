@@ -40,6 +40,16 @@ class Row:
             return self.ours <= self.published * (1.0 + self.tolerance)
         return abs(self.ours - self.published) <= self.tolerance * abs(self.published)
 
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """Case, quantity, published, ours, unit, tolerance, verdict, as a person reads them."""
+        tolerance = "" if self.tolerance is None else f"{self.tolerance:.0%}"
+        if self.bound == "most":
+            tolerance = "at most"
+        verdict = {True: "yes", False: "no", None: ""}[self.within]
+        published, ours = _digits(self.published), _digits(self.ours)
+        return self.case, self.quantity, published, ours, display(self.unit), tolerance, verdict
+
     def to_json(self) -> dict[str, Any]:
         """Return what `bitepoint reproduce --json` prints of it."""
         return {
@@ -75,15 +85,14 @@ class Reproduction:
         return {"paper": self.name, "source": self.source, "rows": rows, "notes": list(self.notes)}
 
     def table(self) -> Iterator[str]:
-        """Yield the rows as lines of text."""
-        width = max(len(row.case) for row in self.rows)
-        yield f"{'case':<{width}}  {'quantity':<20} {'published':>10} {'ours':>10} {'tolerance':>9}  within"
-        for row in self.rows:
-            tolerance = "" if row.tolerance is None else f"{row.tolerance:.0%}"
-            verdict = {True: "yes", False: "NO", None: ""}[row.within]
-            published, ours = (_digits(value) for value in (row.published, row.ours))
-            figures = f"{row.quantity:<20} {published:>10} {ours:>10} {tolerance:>9}"
-            yield f"{row.case:<{width}}  {figures}  {verdict:<4}{display(row.unit)}".rstrip()
+        """Yield the rows as lines of text, under a header."""
+        rows = [("case", "quantity", "published", "ours", "unit", "tolerance", "within"), *(r.cells for r in self.rows)]
+        widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+        left = (0, 1, 4)
+        for row in rows:
+            cells = zip(row, widths, strict=True)
+            aligned = [f"{cell:<{width}}" if n in left else f"{cell:>{width}}" for n, (cell, width) in enumerate(cells)]
+            yield "  ".join(aligned).rstrip()
 
 
 def _digits(value: float | None) -> str:

@@ -54,7 +54,7 @@ class Variations:
     @property
     def share(self) -> float:
         """Share of the vehicles whose launch keeps all limits."""
-        return float(np.mean(np.all(list(self.kept.values()), axis=0)))
+        return float(np.array(list(self.kept.values())).all(axis=0).mean())
 
 
 def vary(
