@@ -1,0 +1,1 @@
+"""What is best, computed ahead: the physical optimum of a launch."""
