@@ -63,6 +63,11 @@ class LaunchVehicle:
         load = self.grade_torque + self.rolling_torque
         return max(load, 0.0) / (self.model.efficiency * self.model.ratio)
 
+    @property
+    def rolls_off(self) -> bool:
+        """Whether the grade alone moves the vehicle: nothing holds it then."""
+        return self.grade_torque + self.rolling_torque < 0.0
+
 
 def _torque_range(engine: RecordArray) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
     """Return speeds, and the engine torque there with closed and with open throttle."""

@@ -30,10 +30,6 @@ SCALE = 100.0
 CORNER = 0.5
 """Range over which the corners of the engine's torque limits are rounded, rad/s."""
 
-SMOOTHING = 1e-5
-"""Weight of the mean square of both slews, each over its limit, times the duration: of launches that are as good, it
-picks the smoothest, so that the search ends sooner; it costs less than 0.01 % of the friction work."""
-
 HELD_SHARE = 8
 """One interval of the held phase for so many of the moving one."""
 
@@ -49,9 +45,12 @@ class Task:
     """What is asked of one launch; None where it is free.
 
     Attributes:
-        jerk: largest magnitude, m/s^3; latest: when engine and clutch have to be as one, s; end_speed: of the vehicle
-            then, m/s.
-        work_weight: 1/J; time_weight: 1/s: what their weighted sum is the least of.
+        jerk: largest magnitude, m/s^3.
+        latest: when engine and clutch have to be as one, s; no earlier either where the vehicle rolls off by itself.
+        end_speed: of the vehicle at that moment, m/s.
+        work_weight (1/J), time_weight (1/s), smoothing (1/s): the sum of work, time and roughness that is to be least.
+            Roughness is the sum of the squares of both slews, each over its limit, integrated over time, s: with a
+            small weight it picks a smooth one of launches that are as good, and ends the search sooner.
     """
 
     jerk: float
@@ -59,6 +58,7 @@ class Task:
     end_speed: float | None
     work_weight: float
     time_weight: float
+    smoothing: float
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ class LaunchProgram:
         self._casadi = casadi = load_casadi()
         self.vehicle, self.rates = vehicle, (vehicle.model.torque_rate_limit, engine_torque_rate)
         self.counts = (max(intervals // HELD_SHARE, 2), intervals)
-        jerk, work_weight, time_weight = weights = casadi.SX.sym("weights", 3).elements()
+        jerk, work_weight, time_weight, smoothing = weights = casadi.SX.sym("weights", 4).elements()
         held, moving = (self._phase(count, held=k == 0, jerk=jerk) for k, count in enumerate(self.counts))
         model, end = vehicle.model, moving.states[:, -1]
         start = np.array([vehicle.idle_speed, 0.0, 0.0, model.engine_friction * vehicle.idle_speed])
@@ -155,7 +155,7 @@ class LaunchProgram:
         problem = {
             "x": variables,
             "p": casadi.vertcat(*weights),
-            "f": work_weight * work + time_weight * launch_time + SMOOTHING * (held.effort + moving.effort),
+            "f": work_weight * work + time_weight * launch_time + smoothing * (held.effort + moving.effort),
             "g": casadi.vertcat(*(casadi.vec(expression) for expression, *_ in constraints)),
         }
         self.solver = casadi.nlpsol("launch", "ipopt", problem, dict(OPTIONS))
@@ -224,10 +224,12 @@ class LaunchProgram:
         lower, upper = self.lower.copy(), self.upper.copy()
         if task.latest is not None:
             upper[-2] = task.latest
+            if self.vehicle.rolls_off:
+                lower[-2] = task.latest
         if task.end_speed is not None:
             lower[-1] = upper[-1] = task.end_speed
         found = self.solver(
-            x0=start, p=[task.jerk, task.work_weight, task.time_weight],
+            x0=start, p=[task.jerk, task.work_weight, task.time_weight, task.smoothing],
             lbx=self.variables[0], ubx=self.variables[1], lbg=lower, ubg=upper,
         )  # fmt: skip
         stats, values = self.solver.stats(), np.array(found["g"]).ravel()
