@@ -16,7 +16,7 @@ from typing import Any, get_args
 import numpy as np
 import numpy.typing as npt
 
-from bitepoint.assembly import Assembly, Lanes, assemble
+from bitepoint.assembly import Assembly, Lanes, assemble, bound_ratio
 from bitepoint.cache import write_atomically
 from bitepoint.errors import InputError, brief
 from bitepoint.identification.identify import Identified, Options, identify_launch
@@ -63,7 +63,7 @@ class Result:
 
     def to_json(self) -> dict[str, Any]:
         """Return what `bitepoint run --json` prints."""
-        metrics = {name: {"value": metric.value, "unit": metric.unit} for name, metric in self.metrics.items()}
+        metrics = {name: _metric_to_json(metric) for name, metric in self.metrics.items()}
         return {"scenario": self.scenario, "status": self.status, "reason": self.reason, "metrics": metrics}
 
     def save(self, folder: str | Path) -> list[Path]:
@@ -334,6 +334,11 @@ def _time(option: str, prefix: str, value: str | float) -> float:
         raise InputError(option, f"{prefix}{error}", "expected a time, such as 20 ms") from None
 
 
+def _metric_to_json(metric: Metric) -> dict[str, Any]:
+    value = {"value": metric.value, "unit": metric.unit}
+    return {**value, "reason": metric.reason} if metric.reason else value
+
+
 def _check_options(seed: Any, life: Any, threads: Any = None) -> None:
     if not isinstance(seed, int) or seed < 0:
         raise InputError("seed", f"got {brief(seed)}", "expected a whole number of 0 or more")
@@ -350,8 +355,10 @@ def _dotted(settings: Mapping[str, Any]) -> dict[str, Any]:
 def _result(assembly: Assembly, lane: LaneResult[Metrics], seed: int) -> Result:
     assert lane.recording is not None
     about = {**assembly.about, "status": lane.status, "reason": lane.reason, "seed": str(seed), "version": __version__}
-    recording = replace(lane.recording, about=about)
-    return Result(assembly.scenario.name, lane.status, lane.reason, lane.figures, recording)
+    recording, metrics = replace(lane.recording, about=about), lane.figures
+    if assembly.bound:
+        metrics = {**metrics, "bound_ratio": bound_ratio(assembly.system.plant.parameters, lane.status, metrics)}
+    return Result(assembly.scenario.name, lane.status, lane.reason, metrics, recording)
 
 
 __all__ = ["BatchResult", "Identification", "Metric", "Result", "identify", "run", "run_batch"]

@@ -14,9 +14,12 @@ from bitepoint.controllers import ddpc, ddpc_pso, excitation, launch_intent, lau
 from bitepoint.controllers.controller import Controller
 from bitepoint.errors import InputError, brief
 from bitepoint.kernels import Kernel
-from bitepoint.metrics import FAMILIES
+from bitepoint.metrics import FAMILIES, Metric, Metrics
 from bitepoint.models.arx import ArxModel
+from bitepoint.models.launch_vehicle import LaunchVehicle
 from bitepoint.numerics.filters import butterworth_forward_backward
+from bitepoint.planning.bounds import least_friction_work
+from bitepoint.planning.bounds_program import load_casadi
 from bitepoint.plants import dct
 from bitepoint.plants.plant import Plant
 from bitepoint.recording import Channel
@@ -47,6 +50,9 @@ SET = "--set"
 OVER = "over"
 """What errors name as the place of a value that differs between lanes."""
 
+LEAST_WORK = 1.0
+"""Least friction work, J, that a ratio is formed with: downhill, a launch can do without any."""
+
 _IMPERFECTIONS = ("lag", "delay", "noise")
 _CHOICES = ("calibration", "model", "intention")
 """Keys of the group controller that are no numbers of its calibration."""
@@ -68,7 +74,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Assembly:
-    """A scenario put together: what it is made of, the closed loop to run, and how its runs are logged, if they are."""
+    """A scenario put together: its parts, the loop to run, how its runs are logged, and whether its bound is asked for."""
 
     scenario: Scenario
     vehicle: Vehicle
@@ -76,6 +82,7 @@ class Assembly:
     controller: Controller
     system: System
     lanes: int
+    bound: bool
     about: Mapping[str, str]
     log: RecordArray | None = None
 
@@ -125,7 +132,8 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
     log = None if manoeuvre.log is None else manoeuvre.log.copy()
     if log is not None:
         _apply(LogSettings, log, chosen.group("log"), "log.")
-    return Assembly(manoeuvre, vehicle, plant, controller, system, lanes, about, log)
+    bound = _bound_wanted(chosen, over is not None)
+    return Assembly(manoeuvre, vehicle, plant, controller, system, lanes, bound, about, log)
 
 
 def _sort(settings: Mapping[str, Any]) -> Settings:
@@ -141,7 +149,7 @@ def _sort(settings: Mapping[str, Any]) -> Settings:
 
 def _refuse_unknown(settings: Settings, plant: Plant, scenario: Scenario) -> None:
     choices = ("intent", "controller", "vehicle", "pedal")
-    groups = (*plant.parameters.fields, "controller", "pedal", "timing", *_IMPERFECTIONS)
+    groups = (*plant.parameters.fields, "controller", "pedal", "timing", "report", *_IMPERFECTIONS)
     groups += () if scenario.log is None else ("log",)
     for key in settings.choices:
         if key in groups and key not in choices:
@@ -365,6 +373,42 @@ def _imperfections(plant: Plant, controller: Controller, settings: Settings) -> 
                 raise InputError(SET, f"{kind}.{name}: got {value}", "expected 0 or more")
             values[kind][name] = number
     return Imperfections(**values)
+
+
+def _bound_wanted(settings: Settings, batch: bool) -> bool:
+    """Return whether `report.bound` is set; then refuse a batch, and an installation that cannot compute bounds."""
+    report = settings.group("report")
+    for key in report:
+        if key != "bound":
+            raise InputError(SET, f"report.{key}: unknown key", "expected report.bound")
+    wanted = {"true": True, "false": False}.get(str(report.get("bound", False)).lower())
+    if wanted is None:
+        raise InputError(SET, f"report.bound: got {brief(report['bound'])}", "expected true or false")
+    if wanted and batch:
+        raise InputError(SET, "report.bound: in a batch", "expected a single run")
+    if wanted:
+        load_casadi()
+    return wanted
+
+
+def bound_ratio(parameters: RecordArray, status: str, metrics: Metrics) -> Metric:
+    """Return the friction work over the least one at the run's own launch time, end speed and jerk.
+
+    Args:
+        parameters: of the plant, one record, as the run had them.
+        status: of the run; metrics: figures of a launch.
+    """
+    time, work, speed, jerk = (
+        metrics[name].value for name in ("launch_time", "friction_work", "end_speed", "jerk_peak")
+    )
+    if status != "launched" or time is None or work is None or speed is None or jerk is None:
+        return Metric(None, "1", "not launched")
+    bound = least_friction_work(LaunchVehicle.of(parameters), time, speed, jerk)
+    if not bound.optimal:
+        return Metric(None, "1", f"{bound.status}: {bound.reason}")
+    if bound.friction_work < LEAST_WORK:
+        return Metric(None, "1", f"the least friction work is {bound.friction_work:.1f} J")
+    return Metric(work / bound.friction_work, "1")
 
 
 def signals() -> list[Channel]:

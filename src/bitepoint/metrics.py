@@ -30,15 +30,16 @@ JERK_CUTOFF = 10.0
 
 @dataclass(frozen=True)
 class Metric:
-    """A figure with its unit; the value is None where the figure does not exist."""
+    """A figure with its unit; the value is None where the figure does not exist, which `reason` may explain."""
 
     value: float | None
     unit: str
+    reason: str = ""
 
     def __str__(self) -> str:
-        """Return it as a person reads it: four digits, and a dash where it does not exist."""
+        """Return it as a person reads it: four digits, and a dash where it does not exist, with the reason if known."""
         if self.value is None:
-            return "–"
+            return f"– ({self.reason})" if self.reason else "–"
         digits = ".0f" if 1e4 <= abs(self.value) < 1e9 else ".4g"
         return f"{self.value:{digits}} {display(self.unit)}".rstrip()
 
