@@ -120,7 +120,7 @@ def least_time(
     intervals: int = INTERVALS,
 ) -> Bound:
     """Return the fastest launch; arguments and errors as in `least_friction_work`, `end_speed` None: whichever."""
-    _refuse(end_speed=end_speed or 1.0, jerk=jerk, engine_torque_rate=engine_torque_rate)
+    _refuse(end_speed=1.0 if end_speed is None else end_speed, jerk=jerk, engine_torque_rate=engine_torque_rate)
     found = _fastest(program(vehicle, engine_torque_rate, intervals), jerk, end_speed)
     return _bound(vehicle, found, found.launch_time) if found.solved else _failed(vehicle, found, end_speed)
 
