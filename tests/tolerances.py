@@ -50,4 +50,4 @@ BOUND_ON_PLANT = 0.04
 """Relative: an optimum on the rigid driveline, played on the plant with its shafts; measured up to 2.4 % in work."""
 
 BOUND_WITH_SHAFTS = 6e-3
-"""The same with the work that winds up the shafts; measured 0.1 % on a flat road, 0.5 % on a hill of 10 %."""
+"""The same with the work that winds up the shafts; measured 0.13 % on a flat road, 0.5 % on a hill of 10 %."""
