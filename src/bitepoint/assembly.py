@@ -74,7 +74,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Assembly:
-    """A scenario put together: its parts, the loop to run, how its runs are logged, and whether its bound is asked for."""
+    """A scenario put together: parts, loop, how its runs are logged, and whether its bound is asked for."""
 
     scenario: Scenario
     vehicle: Vehicle
