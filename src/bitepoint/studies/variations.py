@@ -21,7 +21,7 @@ RANGES: Mapping[str, tuple[float, float]] = {
 }
 """Uniform over these; SI."""
 
-DELAYS = (0.0, 0.01, 0.02, 0.03)
+DELAYS = (0.0, 0.004, 0.01, 0.02)
 """Dead times of all speeds, s; a quarter of the vehicles has each."""
 
 SPEEDS = ("engine_speed", "clutch_speed", "wheel_speed")
