@@ -102,7 +102,7 @@ Command = Callable[..., Outcome]
 @pytest.fixture(scope="session")
 def ready_kernels() -> None:
     """Compile what launches need, so that no later run announces it on stderr."""
-    for controller in ("launch_pid", "none"):
+    for controller in ("launch_pid", "none", "excitation"):
         api.run("dct-launch", controller=controller)
 
 

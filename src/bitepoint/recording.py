@@ -70,6 +70,10 @@ class Recording:
             raise KeyError(f"no channel {name}; there are {', '.join(self._rows)}")
         return self.data[row]
 
+    def rows(self, start: int, stop: int | None = None) -> Recording:
+        """Return the rows from `start` up to `stop`, as a recording of its own."""
+        return Recording(self.time[start:stop], self.channels, self.data[:, start:stop], self.about)
+
     def to_parquet(self, path: str | Path) -> None:
         """Write a Parquet file: a column `time` and one per channel, unit and meaning in each column's metadata."""
         pa, pq = _arrow()

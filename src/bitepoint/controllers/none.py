@@ -1,6 +1,6 @@
 """No control: the throttle follows the pedal, the clutch rises to a fixed torque at a fixed rate.
 
-What a launch is without feedback, and the open-loop excitation that identification needs.
+What a launch is without feedback.
 """
 
 from __future__ import annotations

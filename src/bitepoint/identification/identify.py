@@ -143,8 +143,8 @@ def identify_launch(
         data, checked, said = _held_out(data)
         warnings.append(said)
     result = identify_runs(data.runs, () if checked is None else checked.runs, options, data.period)
-    none: Mapping[str, str] = {}
-    files = {"train": data.files, "validation": none if checked is None else checked.files}
+    nothing: Mapping[str, str] = {}
+    files = {"train": data.files, "validation": nothing if checked is None else checked.files}
     told = {
         part: [{"name": Path(file).name, "sha256": digest} for file, digest in named.items()]
         for part, named in files.items()
