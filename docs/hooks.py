@@ -77,7 +77,7 @@ def _spelling(parameter: Any) -> str:
 
 
 def rooms() -> str:
-    """Return the rooms, the highest first, from the contract of the import linter."""
+    """Return the rooms, the highest first, from the contract of the import linter; those in brackets are to come."""
     project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text(encoding="utf-8"))
     layers: list[str] = project["tool"]["importlinter"]["contracts"][0]["layers"]
     shelves = [[room.strip() for room in layer.split("|") if "(" not in room] for layer in layers]  # (room): not yet

@@ -1,7 +1,5 @@
 """Identification on signals that a production car has: torques from models instead of torque sensors."""
 
-from collections.abc import Callable
-
 import bitepoint
 from bitepoint.assembly import assemble
 from bitepoint.identification.derived import map_torque, observed_load, with_channel
@@ -13,14 +11,14 @@ VEHICLE = assemble("dct-excitation", {}).system.plant.parameters
 MODEL = LaunchModel.of(VEHICLE)
 SETTLED = 30  # rows that the observer needs
 
-Derive = Callable[[Recording], Recording]
-
 
 def sensors(log: Recording) -> Recording:
+    """As a test car has it."""
     return log
 
 
 def engine_map(log: Recording) -> Recording:
+    """Steady torque at the logged speed and throttle."""
     throttle = float(log.about["run.controller.throttle"].removesuffix(" %")) / 100.0
     return with_channel(log, "engine_torque", map_torque(log, VEHICLE["engine"], throttle))
 
@@ -31,14 +29,16 @@ def pressure(log: Recording) -> Recording:
 
 
 def observer(log: Recording) -> Recording:
+    """From the wheels, for a vehicle of the library's mass."""
     return with_channel(log, "load_torque", observed_load(log, MODEL, 0.01))
 
 
 def derived(log: Recording) -> Recording:
+    """All three."""
     return observer(pressure(engine_map(log)))
 
 
-CASES: dict[str, tuple[Derive, Derive]] = {
+CASES = {
     "torque sensors": (sensors, sensors),
     "engine torque from the engine map": (engine_map, engine_map),
     "clutch torque from pressure": (pressure, pressure),
