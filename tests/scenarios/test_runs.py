@@ -40,7 +40,7 @@ def test_the_keys_of_another_controller_are_left_out() -> None:
     [
         ({"runs": 5}, "runs: got 5"),
         ({"runs": {}}, "runs: got keys"),
-        ({"runs": {"vary": {}, "each": 1}}, "runs: got keys vary, each"),
+        ({"runs": {"vary": {}, "each": 1}}, "runs: got keys each, vary"),
         ({"runs": {"vary": {"road.grade": 5}}}, "runs.vary.road.grade: got 5"),
         ({"runs": {"vary": {"road.grade": []}}}, "runs.vary.road.grade: got []"),
         ({"runs": {"vary": {"grade": [1]}}}, "runs.vary.grade"),
