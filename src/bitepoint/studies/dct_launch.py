@@ -8,6 +8,9 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from bitepoint.api import Identification, Result, identify, run
+from bitepoint.identification.identify import LAUNCH
+from bitepoint.identification.regression import Run
+from bitepoint.identification.validation import ChannelErrors, errors_of
 from bitepoint.report.identification import order_figure, training_figure, validation_figure
 from bitepoint.report.reproduction import comparison_figure
 from bitepoint.studies.reproduction import Reproduction, Row
@@ -39,8 +42,11 @@ ORDERS = (2, 1, 1)
 VALIDATION: Mapping[str, str] = {"vehicle.mass": "1700 kg", "road.grade": "15 %"}
 """The paper's validation, but for its throttle of 10 %, which cannot hold that grade: all throttles that can."""
 
+TRAINING: Mapping[str, str] = {"vehicle.mass": "1600 kg", "road.grade": "0 %", "controller.throttle": "20 %"}
+"""The paper's training run; its model cannot come from that alone."""
+
 IDENTIFICATION: Mapping[str, Mapping[str, float]] = {
-    "train": {"engine_speed": 1.0, "slip": 1.0},
+    "the paper's training run": {"engine_speed": 1.0, "slip": 1.0},
     "validation": {"engine_speed": 5.0, "slip": 2.5},
 }
 """Largest errors of figs. 7 and 8, rad/s."""
@@ -62,6 +68,9 @@ NOTES = (
     "The paper's baseline holds 93, 139 and 194 rad/s, its predictive controller 90, 141 and 186 rad/s. Friction work "
     "is about half the vehicle's inertia times the square of the speed at sync, so that these targets make most of the "
     "published gap: a baseline tuned at the lower targets (launch_pid tuned) is as good in a nominal launch.",
+    "Figs. 7 and 8 show errors of single runs; one run on a level road cannot tell what the road torque does. The model "
+    "here is from 50 runs over grades, throttles and two masses, with 0.1 rad/s of noise on the speeds. The least AIC is "
+    "then at higher orders, but its knee over n_a lies at 2: (2,1,1) is as good in free run.",
     "In the robustness case ddpc, which controls the clutch alone, pulls the engine far below its limit of 83 rad/s. "
     "launch_mpc shows what is reached with that limit kept.",
 )
@@ -88,16 +97,25 @@ def _identified() -> Identification:
     with TemporaryDirectory() as folder:
         train, check = Path(folder) / "train", Path(folder) / "check"
         run("dct-excitation").save(train)
-        run("dct-excitation", VALIDATION).save(check)
+        run("dct-excitation", VALIDATION, seed=1).save(check)
         return identify(train, validate=check, orders=ORDERS)
+
+
+def _errors(found: Identification) -> Mapping[str, Mapping[str, ChannelErrors]]:
+    logs = run("dct-excitation", TRAINING).logs
+    return {
+        "the paper's training run": errors_of(found.model, [Run.of(log, LAUNCH) for log in logs.values()]),
+        "validation": found.errors["validation"],
+    }
 
 
 def _identification(found: Identification) -> Iterator[Row]:
     best = next(candidate for candidate in found.candidates if candidate.stable)
     yield Row("identification", "aic_order_n_a", float(ORDERS[0]), float(best.orders[0]), "1")
+    errors = _errors(found)
     for part, limits in IDENTIFICATION.items():
         for channel, limit in limits.items():
-            error = found.errors[part][channel].free_run_max
+            error = errors[part][channel].free_run_max
             yield Row(f"identification, {part}", f"free_run_error_{channel}", limit, error, "rad/s", 0.0, "most")
 
 
