@@ -9,6 +9,7 @@ A line that holds only one of these is replaced when the site is built:
     {{ maths }}       functions of `math` that kernels may call
     {{ intent }}      launch intention: network and baselines on unseen drivers, as measured after the training
     {{ launches }}    published launches beside those of the shipped calibrations
+    {{ reproduction dct-launch }}   figures of a paper beside ours, as `bitepoint reproduce` prints them
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ import yaml
 
 REPOSITORY = Path(__file__).parents[1]
 
-_LINE = re.compile(r"^\{\{ (\w+)(?: ([\w.]+))? \}\}$", re.MULTILINE)
+_LINE = re.compile(r"^\{\{ (\w+)(?: ([\w.-]+))? \}\}$", re.MULTILINE)
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
@@ -44,6 +45,16 @@ def record(path: str) -> str:
     """Return the table of the record at the dotted path `path`."""
     module, _, name = path.rpartition(".")
     return getattr(import_module(module), name).markdown()
+
+
+def reproduction(paper: str) -> str:
+    """Return the figures of a paper beside ours, run now, and the notes."""
+    from bitepoint.studies.papers import reproduce
+
+    found = reproduce(paper)
+    header = ("case", "quantity", "published", "ours", "unit", "tolerance", "within")
+    rows = table(header, [row.cells for row in found.rows])
+    return "\n".join([rows, "", *(f"- {note}" for note in found.notes)])
 
 
 def signals() -> str:
@@ -150,5 +161,5 @@ def _percent(shares: Iterable[float]) -> list[str]:
 
 _TABLES: dict[str, Callable[..., str]] = {
     "record": record, "signals": signals, "cli": cli, "rooms": rooms, "maths": maths, "launches": launches,
-    "intent": intent,
+    "intent": intent, "reproduction": reproduction,
 }  # fmt: skip

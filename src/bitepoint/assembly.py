@@ -414,7 +414,7 @@ def bound_ratio(parameters: RecordArray, status: str, metrics: Metrics) -> Metri
 def signals() -> list[Channel]:
     """Return every signal that plants and controllers show, each once."""
     records = [plant.outputs for plant in PLANTS.values()]
-    records += [controller.command for controller in CONTROLLERS.values()]
+    records += [controller.command for controller in (*CONTROLLERS.values(), launch_intent.CONTROLLER)]
     found = {f.name: Channel(f.name, f.unit, f.meaning) for record in records for f in record.fields.values()}
     return [PEDAL, *found.values()]
 

@@ -183,15 +183,17 @@ def test_list_json_has_names_by_kind(bitepoint: Command) -> None:
     assert listed(bitepoint) == {
         "vehicles": ["dct-na190", "dct-t240"],
         "scenarios": ["dct-excitation", "dct-launch"],
-        "controllers": ["none", "launch_pid", "excitation"],
+        "controllers": ["none", "launch_pid", "ddpc", "ddpc_pso", "launch_mpc", "excitation"],
     }
     assert listed(bitepoint, "vehicles") == {"vehicles": ["dct-na190", "dct-t240"]}
 
 
 def test_list_signals_has_what_is_recorded(bitepoint: Command, tmp_path: Path) -> None:
     recorded: set[str] = set()
-    for controller in ("none", "launch_pid", "excitation"):
-        bitepoint("run", "dct-launch", "--set", f"controller={controller}", "--out", str(tmp_path))
+    every = [[f"controller={name}"] for name in ("none", "launch_pid", "ddpc", "launch_mpc", "excitation")]
+    for settings in [*every, ["controller=ddpc", "controller.intention=network"]]:
+        words = [word for setting in settings for word in ("--set", setting)]
+        bitepoint("run", "dct-launch", *words, "--out", str(tmp_path))
         recorded |= {channel.name for channel in Recording.from_parquet(tmp_path / "recording.parquet").channels}
     assert set(listed(bitepoint, "signals")["signals"]) == recorded
 

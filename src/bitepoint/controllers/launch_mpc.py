@@ -70,6 +70,9 @@ MOVING_SPEED = 0.03
 THROUGH = -0.5
 """Slip that the end of a landing aims at, rad/s: through zero, gently (chosen)."""
 
+CLOSED = 0.1
+"""Slip below which engine and clutch turn as one, rad/s (chosen)."""
+
 LEAST_LAG = 1e-3
 """Lag below which the engine counts as without, s."""
 
@@ -302,7 +305,7 @@ def step(
         plate = clamp(m.clutch_speed, -2000.0, 2000.0)
         observe(p, s, m)
         demand = pedal - p.calibration.pedal_threshold
-        s.phase = phase_after(s.phase, demand, float(s.road.moving), speed - plate, 0.0)
+        s.phase = phase_after(s.phase, demand, float(s.road.moving), speed - plate, CLOSED)
         c.solver_status = 0.0
         if s.phase == WAITING:
             torque = waiting(p, s, speed)

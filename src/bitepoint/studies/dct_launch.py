@@ -68,9 +68,9 @@ NOTES = (
     "The paper's baseline holds 93, 139 and 194 rad/s, its predictive controller 90, 141 and 186 rad/s. Friction work "
     "is about half the vehicle's inertia times the square of the speed at sync, so that these targets make most of the "
     "published gap: a baseline tuned at the lower targets (launch_pid tuned) is as good in a nominal launch.",
-    "Figs. 7 and 8 show errors of single runs; one run on a level road cannot tell what the road torque does. The model "
-    "here is from 50 runs over grades, throttles and two masses, with 0.1 rad/s of noise on the speeds. The least AIC is "
-    "then at higher orders, but its knee over n_a lies at 2: (2,1,1) is as good in free run.",
+    "Figs. 7 and 8 show errors of single runs; one run on a level road cannot tell what the road torque does. Ours "
+    "is from 50 runs over grades, throttles and two masses, with 0.1 rad/s of noise on the speeds. The least AIC is "
+    "then at higher orders, but its knee over n_a lies at 2, and (2,1,1) is as good in free run.",
     "In the robustness case ddpc, which controls the clutch alone, pulls the engine far below its limit of 83 rad/s. "
     "launch_mpc shows what is reached with that limit kept.",
 )
