@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,8 +12,9 @@ import pytest
 import bitepoint
 from bitepoint.api import Result
 from bitepoint.assembly import assemble
-from bitepoint.controllers import launch_mpc
+from bitepoint.controllers.launch_mpc_design import responses
 from bitepoint.controllers.launch_mpc_records import ENDS, STEP
+from bitepoint.errors import InputError
 from bitepoint.models.launch import LaunchModel
 
 INTENTS = ("slow", "normal", "urgent")
@@ -106,7 +109,7 @@ def test_letting_the_pedal_go_opens_the_clutch() -> None:
 
 
 def test_responses_are_the_integrals_of_the_torques() -> None:
-    risen, summed = launch_mpc.responses()
+    risen, summed = responses()
     fine = np.linspace(0.0, STEP * ENDS[-1], 20_001)
     starts = STEP * np.array([0, *ENDS[:-1]])
     ends = STEP * np.array(ENDS)
@@ -124,3 +127,30 @@ def test_design_reduces_the_vehicle_as_the_launch_model_does() -> None:
     parameters = assembly.system.controllers[0].parameters[0]
     assert parameters["inertia"] == model.inertia
     assert parameters["torque"]["inertia"] == model.engine_inertia
+
+
+def test_identified_inertias_are_those_of_the_vehicle_that_was_logged(tmp_path: Path) -> None:
+    vehicle = assemble("dct-launch", {}).system.plant.parameters
+    model = LaunchModel.of(vehicle)
+    again = model.identified(model.arx(0.01))
+    assert again.engine_inertia == pytest.approx(model.engine_inertia, rel=0.01)  # friction bends the straight line
+    assert again.inertia == pytest.approx(model.inertia, rel=1e-9)
+    run = {"vehicle.mass": "1600 kg"}
+    bitepoint.run("dct-excitation", run).save(tmp_path / "logs")
+    found = bitepoint.identify(tmp_path / "logs").model
+    identified = model.identified(found)
+    assert identified.engine_inertia == pytest.approx(vehicle["engine"]["inertia"][0], rel=0.05)
+    assert identified.inertia == pytest.approx(model.inertia, rel=0.05)
+    found.save(tmp_path / "model.json")
+    result = launch("normal", {"controller.model": str(tmp_path / "model.json")})
+    assert result.status == "launched"
+    assert figure(result, "jerk_peak_settled") <= 1.1 * JERK["normal"]
+
+
+def test_a_model_that_makes_no_sense_is_refused() -> None:
+    model = LaunchModel.of(assemble("dct-launch", {}).system.plant.parameters)
+    arx = model.arx(0.01)
+    with pytest.raises(InputError, match="per N m"):
+        model.identified(dataclasses.replace(arx, past_inputs=-arx.past_inputs))
+    with pytest.raises(InputError, match="other signals"):
+        model.identified(dataclasses.replace(arx, outputs=("a", "b")))

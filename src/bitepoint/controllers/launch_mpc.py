@@ -25,15 +25,11 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-import numpy as np
-
 from bitepoint.controllers.controller import Controller
+from bitepoint.controllers.launch_mpc_design import PERIOD, design, design_on
 from bitepoint.controllers.launch_mpc_records import (
-    ENDS,
     MOVES,
-    ROWS,
     SEGMENTS,
-    SOLVER,
     STEP,
     STEPS,
     LaunchMpcCalibration,
@@ -45,27 +41,19 @@ from bitepoint.controllers.launch_mpc_records import (
     solve,
 )
 from bitepoint.controllers.launch_phase import DRIVING, SLIPPING, WAITING, phase_after
-from bitepoint.errors import InputError
-from bitepoint.estimation.engine_torque import design_engine_observer, engine_observer_reset, engine_observer_step
-from bitepoint.estimation.road_torque import design_road_observer, observer_reset, observer_step
+from bitepoint.estimation.engine_torque import engine_observer_reset, engine_observer_step
+from bitepoint.estimation.road_torque import observer_reset, observer_step
 from bitepoint.files import library_yaml
 from bitepoint.kernels import clamp, is_finite, kernel
-from bitepoint.models.launch import LaunchModel
 from bitepoint.numerics.qp_records import SOLVED
 from bitepoint.numerics.tables import lookup
 from bitepoint.parts.engine import engine_drag, engine_torque, full_load_torque, throttle_effect, throttle_for
-from bitepoint.recording import Floats
-from bitepoint.records import RecordArray
-from bitepoint.units import STANDARD_GRAVITY
 
 SPEEDS = 16
 """Target speeds that are tried."""
 
 STEEP = 20.0
 """Clutch torque that holds the vehicle above which the road counts as a hill, N m (chosen: 5 % for a car)."""
-
-MOVING_SPEED = 0.03
-"""Wheel speed, filtered, above which the vehicle moves, rad/s (chosen: 9 mm/s for a car)."""
 
 THROUGH = -0.5
 """Slip that the end of a landing aims at, rad/s: through zero, gently (chosen)."""
@@ -75,8 +63,6 @@ CLOSED = 0.1
 
 LEAST_LAG = 1e-3
 """Lag below which the engine counts as without, s."""
-
-FIRST_END, SECOND_END, THIRD_END = ENDS
 
 
 @kernel
@@ -327,54 +313,6 @@ def step(
     return status
 
 
-def responses() -> tuple[Floats, Floats]:
-    """Return the torque after each step per rate of each segment, and its integral; (STEPS, SEGMENTS), s, s^2."""
-    ends = STEP * np.array(ENDS)
-    starts = np.concatenate([[0.0], ends[:-1]])
-    after = (STEP * np.arange(1, STEPS + 1))[:, np.newaxis]
-    inside: Floats = np.clip(after - starts, 0.0, ends - starts).astype(np.float64)
-    return inside, 0.5 * inside**2 + inside * np.maximum(after - ends, 0.0)
-
-
-def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
-    """Return the parameters for a vehicle on its reduced launch model, one record per calibration."""
-    model = LaunchModel.of(vehicle)
-    body = vehicle["vehicle"]
-    parameters = LaunchMpcParameters.zeros(len(calibration))
-    parameters["calibration"], parameters["engine"] = calibration, vehicle["engine"]
-    parameters["road"] = design_road_observer(vehicle, CONTROLLER.period, moving_speed=MOVING_SPEED)
-    parameters["torque"] = design_engine_observer(model, CONTROLLER.period)
-    parameters["inertia"], parameters["metres_per_radian"] = model.inertia, model.metres_per_radian
-    parameters["weight_radius"] = body["mass"] * body["wheel_radius"]
-    parameters["rolling_torque"] = body["rolling_resistance"] * STANDARD_GRAVITY * parameters["weight_radius"]
-    parameters["torque_limit"], parameters["rate_limit"] = model.torque_limit, model.torque_rate_limit
-    risen, summed = responses()
-    at_ends = [end - 1 for end in ENDS]
-    clutch, engine = -summed / model.engine_inertia, summed / model.engine_inertia
-    slip = np.hstack([clutch - summed * model.efficiency / model.inertia, engine])
-    speed = np.hstack([clutch, engine])[at_ends]
-    parameters["lengths"] = np.diff([0.0, *ENDS]) * STEP
-    parameters["risen"], parameters["slip"], parameters["speed"] = risen, slip, speed
-    parameters["matrices"] = _matrices(calibration, slip, risen, speed)
-    return parameters
-
-
-def _matrices(calibration: RecordArray, slip: Floats, risen: Floats, speed: Floats) -> RecordArray:
-    matrices = SOLVER.matrices.zeros(len(calibration))
-    matrices["variables"], matrices["rows"] = MOVES, ROWS
-    tracking = np.zeros((MOVES, MOVES))
-    tracking[:SEGMENTS, :SEGMENTS] = risen.T @ risen
-    none = np.zeros((SEGMENTS, SEGMENTS))
-    at_ends = risen[[end - 1 for end in ENDS]]
-    for lane, values in enumerate(calibration):
-        rates = np.repeat([values["clutch_rate_weight"], values["engine_rate_weight"]], SEGMENTS)
-        matrices["hessian"][lane] = slip.T @ slip + values["torque_weight"] * tracking + np.diag(rates)
-    matrices["constraints"] = np.vstack([np.eye(MOVES), np.hstack([at_ends, none]), np.hstack([none, at_ends]), speed])
-    if SOLVER.factorise.run(matrices, life="interpreted").any():
-        raise InputError("controller", "the weights make no programme that can be solved", "raise the rate weights")
-    return matrices
-
-
 @cache
 def calibrations() -> Mapping[str, Mapping[str, Any]]:
     """Return the calibrations that ship, with their sources, by name."""
@@ -396,4 +334,6 @@ CONTROLLER = Controller(
     init=init,
     step=step,
     work=LaunchMpcWork,
+    design_on=design_on,
+    period=PERIOD,
 )

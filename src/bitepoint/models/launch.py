@@ -14,14 +14,18 @@ Derived from the plant of [1, eq. 9] with rigid shafts.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bitepoint.errors import InputError
 from bitepoint.models.arx import ArxModel
 from bitepoint.numerics.discretisation import zero_order_hold
 from bitepoint.parts.gears import axle_side_inertia, overall_ratio
 from bitepoint.records import RecordArray
+
+RESPONSE_STEPS = 20
+"""Steps over which the response of a difference model is taken for a straight line (chosen)."""
 
 OUTPUTS = ("engine_speed", "slip")
 INPUTS = ("clutch_torque",)
@@ -67,6 +71,27 @@ class LaunchModel:
             torque_limit=float(clutch["torque_limit"][0]),
             torque_rate_limit=float(clutch["torque_rate_limit"][0]),
         )
+
+    def identified(self, model: ArxModel) -> LaunchModel:
+        """Return this model with the inertias that a difference model of the launch shows.
+
+        They are where a held torque takes the speeds: the engine's slows down by 1 / Je per N m of clutch torque, the
+        slip closes faster by eta / J. Ratio and efficiency are not in the data and stay.
+
+        Raises:
+            InputError: other signals, or a response of the wrong sign.
+        """
+        if (model.outputs, model.inputs, model.disturbances) != (OUTPUTS, INPUTS, DISTURBANCES):
+            expected = ", ".join((*OUTPUTS, *INPUTS, *DISTURBANCES))
+            raise InputError("model", "is of other signals", f"expected {expected}")
+        steps = model.warm_up + RESPONSE_STEPS
+        response = model.free_run(np.zeros((steps, 2)), np.ones((steps, 1)), np.zeros((steps, 2)))
+        time = model.period * (RESPONSE_STEPS - 1)
+        engine, slip = (response[-1] - response[-RESPONSE_STEPS]) / time
+        if not slip < engine < 0.0:
+            mend = "identify it anew: a clutch torque has to slow the engine down and to close the slip"
+            raise InputError("model", f"changes speed by {engine:.3g} and slip by {slip:.3g} rad/s^2 per N m", mend)
+        return replace(self, engine_inertia=-1.0 / float(engine), inertia=self.efficiency / float(engine - slip))
 
     @property
     def metres_per_radian(self) -> float:
