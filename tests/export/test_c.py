@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from bitepoint.assembly import CONTROLLERS, PLANTS
-from bitepoint.export.c import export_c
-from bitepoint.export.subject import Options
-from bitepoint.kernels.c99 import host
+from bitepoint.export.c import export_c, vectors
+from bitepoint.export.c.package import lay_down, record
+from bitepoint.export.c.sources import Sources
+from bitepoint.export.subject import Options, find_subject
+from bitepoint.kernels.c99 import PRECISIONS, host
 from bitepoint.kernels.c99.host import FLAGS, STRICT
 from tests.conftest import Command, Refused, names_in, needs, needs_c, needs_target
 
@@ -77,16 +82,33 @@ def test_folder_has_what_is_promised(exported: Exported, name: str, precision: s
             assert "@" not in text.replace("$@", "").replace("@real", "@@") or path.name == "Makefile", path
 
 
+@pytest.mark.parametrize("compiler", ["gcc", pytest.param("clang", marks=needs("clang", packages="clang"))])
 @each_case
-def test_portable_code_compiles_without_a_warning(
-    exported: Exported, name: str, precision: str, tmp_path: Path
+def test_all_of_it_compiles_without_a_warning(
+    exported: Exported, name: str, precision: str, compiler: str, tmp_path: Path
 ) -> None:
     out = exported(name, precision)
-    sources = [str(path) for path in sorted(out.glob("*.c"))]
-    flags = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"]
-    subprocess.run(["gcc", *flags, "-c", *sources], cwd=tmp_path, check=True)
-    if shutil.which("clang") is not None:
-        subprocess.run(["clang", *FLAGS, *STRICT, "-c", *sources], cwd=tmp_path, check=True)
+    sources = [str(path) for path in sorted([*out.glob("*.c"), *out.glob("test/*.c")])]
+    command = [compiler, *FLAGS, *STRICT, f"-I{out}", f"-I{out / 'test'}", "-fsyntax-only", *sources]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("precision", PRECISIONS)
+@pytest.mark.parametrize("name", [*CONTROLLERS, *PLANTS])
+def test_no_line_is_too_long_and_no_word_of_a_comment_alone(name: str, precision: str, tmp_path: Path) -> None:
+    subject = find_subject(Options(name, precision=precision))
+    sources = Sources(subject.part, PRECISIONS[precision], subject.meaning, subject.origin)
+    recorded = list(record(subject, 20))
+    sequences = [*recorded, *itertools.islice(vectors.random(subject.part, recorded), 4)]
+    lay_down(sources, sequences, vectors.answers(sources, sequences), tmp_path / "out")
+    for path in (tmp_path / "out").rglob("*"):
+        lines = path.read_text().splitlines() if path.is_file() else []
+        assert [line for line in lines if len(line) > 120] == [], path.name
+        for before, line in pairwise(lines):
+            alone = re.fullmatch(r" *\* (\S+) \*/", line)
+            room = alone is not None and not before.rstrip().endswith(("*", "/*")) and len(before) > 100
+            assert not room, line
 
 
 @each_case

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Any
 
 from bitepoint.kernels.c99 import Precision, Translation, translate
-from bitepoint.kernels.c99.text import comment, indented, real_literal
+from bitepoint.kernels.c99.text import c_file, comment, indented, real_literal
 from bitepoint.kernels.c99.translate import TYPES
 from bitepoint.records import Field, Record
 from bitepoint.simulation.system import Part, argument_types
@@ -90,10 +90,10 @@ class Sources:
         """Return the content of each file by its name."""
         return {
             "bitepoint_types.h": TYPES,
-            f"{self.prefix}.h": _lines(self._header()),
-            f"{self.prefix}.c": _lines(self._source()),
-            f"{self.prefix}_parameters.h": _lines(self._parameters_header()),
-            f"{self.prefix}_parameters.c": _lines(self._parameters_source()),
+            f"{self.prefix}.h": c_file(self._header()),
+            f"{self.prefix}.c": c_file(self._source()),
+            f"{self.prefix}_parameters.h": c_file(self._parameters_header()),
+            f"{self.prefix}_parameters.c": c_file(self._parameters_source()),
         }
 
     def _header(self) -> Iterator[str]:
@@ -206,7 +206,3 @@ def number(value: Any, kind: str, precision: Precision) -> str:
         return real_literal(float(value), precision)
     except OverflowError:
         return real_literal(float(value) * float("inf") if abs(value) > 1.0 else 0.0, precision)
-
-
-def _lines(lines: Iterator[str]) -> str:
-    return "\n".join(lines).rstrip("\n") + "\n"

@@ -12,6 +12,7 @@ from bitepoint.errors import InputError
 from bitepoint.export.c.sources import Sources
 from bitepoint.kernels import Kernel
 from bitepoint.kernels.c99.host import EXACT
+from bitepoint.kernels.c99.text import c_file
 from bitepoint.simulation.system import argument_types
 from bitepoint.version import __version__
 
@@ -49,7 +50,7 @@ def filled(sources: Sources) -> dict[str, str]:
     for name, text in templates().items():
         for key, word in words.items():
             text = text.replace(f"@{key}@", word)
-        files[name] = text
+        files[name] = c_file(text.splitlines()) if name.endswith((".c", ".h")) else text
     return files
 
 

@@ -13,7 +13,7 @@ from bitepoint.export.c.driving import Sequence as Inputs
 from bitepoint.export.c.sources import Sources, ended, initialiser, number
 from bitepoint.fields import CURVE_POINTS, Field
 from bitepoint.kernels.c99.precision import whole_words
-from bitepoint.kernels.c99.text import comment, indented
+from bitepoint.kernels.c99.text import c_file, comment, indented
 from bitepoint.recording import Recording
 from bitepoint.records import Curve, Record, RecordArray
 from bitepoint.simulation.system import Part
@@ -153,8 +153,8 @@ def answers(sources: Sources, sequences: Sequence[Inputs]) -> list[Answers]:
 def files(sources: Sources, sequences: Sequence[Inputs], expected: Sequence[Answers]) -> dict[str, str]:
     """Return vectors.h and vectors.c."""
     return {
-        "test/vectors.h": "\n".join(_header(sources, sequences)) + "\n",
-        "test/vectors.c": "\n".join(_source(sources, sequences, expected)) + "\n",
+        "test/vectors.h": c_file(_header(sources, sequences)),
+        "test/vectors.c": c_file(_source(sources, sequences, expected)),
     }
 
 
@@ -214,6 +214,6 @@ def _source(sources: Sources, sequences: Sequence[Inputs], expected: Sequence[An
     yield from ("};", "")
     yield f"const {precision.integer} vectors_status[{len(statuses)}] ="
     yield "{"
-    for first in range(0, len(statuses), 40):
-        yield "    " + " ".join(f"{status}," for status in statuses[first : first + 40])
+    for first in range(0, len(statuses), 32):
+        yield "    " + " ".join(f"{status}," for status in statuses[first : first + 32])
     yield "};"

@@ -154,7 +154,7 @@ class Function:
         head = f"{self.ctype(self.kernel.result)} {self.public or self.names.function(self.kernel)}"
         head = f"{'' if self.public else 'static '}{head}("
         line = f"{head}{', '.join(parts) or 'void'})"
-        return line if len(line) <= WIDTH else head + ",\n    ".join(["\n    " + parts[0], *parts[1:]]) + ")"
+        return line if len(line) < WIDTH else head + ",\n    ".join(["\n    " + parts[0], *parts[1:]]) + ")"
 
     def ctype(self, kind: str) -> str:
         """Return the C type of a scalar."""
@@ -189,7 +189,7 @@ class Function:
         while above in self._comments and self._alone(above):
             lines.insert(0, above)
             above -= 1
-        yield from comment(" ".join(self._comments[line] for line in lines))
+        yield from comment(" ".join(self._comments[line] for line in lines), len(self.scopes.blocks[node]))
 
     def _alone(self, line: int) -> bool:
         text = self.source.text.splitlines()[line - self.source.node.lineno]

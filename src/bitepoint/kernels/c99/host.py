@@ -26,7 +26,7 @@ EXACT = ("-ffp-contract=off", "-fno-math-errno", "-fno-builtin-pow")
 FLAGS = ("-std=c99", "-O2", *EXACT)
 """How generated C is compiled here: in its standard, without fused multiply-add, every power by the library."""
 
-STRICT = ("-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror")
+STRICT = ("-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wdouble-promotion", "-Werror")
 """What it also compiles under, without a single warning; tests and self-tests hold that."""
 
 ENTRY_NAME = "bitepoint_entry"

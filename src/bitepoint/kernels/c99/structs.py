@@ -49,7 +49,7 @@ def _lines(record: type[Record], names: Names, precision: Precision) -> Iterator
         if len(line) + len(remark) + 1 <= WIDTH - 4:
             yield f"{line} {remark}"
         else:
-            yield from comment(describe(field))
+            yield from comment(describe(field), 1)
             yield line
 
 
