@@ -28,8 +28,15 @@ def add_up(s: Square) -> float:
     for i in range(1, SIZE):
         s.total -= 2.0 * s.entries[i, 0]
     for i in range(SIZE):
+        # a remark
+        # in two lines
         if s.entries[i, i] < 0.0:
             break
+        if s.total > 1e9:
+            s.total = 1e9
+        # another one
+        elif s.total < -1e9:
+            s.total = -1e9
         s.total += 1.0
     return s.total
 
@@ -41,6 +48,8 @@ def test_the_same_numbers_from_innermost_loops_written_out() -> None:
     assert all(f"s.entries[i, {j}]" in text for j in range(SIZE))
     assert text.count("s.total -= 2.0") == SIZE - 1
     squares = Square.zeros(20)
+    assert "        # a remark\n        # in two lines\n        if s.entries[i, i] < 0.0:\n" in text
+    assert "        # another one\n        elif s.total < -" in text
     squares["entries"] = np.random.default_rng(1).normal(size=(20, SIZE, SIZE))
     for life in ("compiled", "interpreted"):
         assert np.array_equal(other.run(squares, life=life), add_up.run(squares, life=life))

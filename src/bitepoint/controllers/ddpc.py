@@ -220,6 +220,7 @@ def slipping_torque(
         state_programme(p, s, w, clamp(share, 0.0, 0.99), dt)
         status = first_move(p, s, w)
         c.solver_status = float(status)
+        # never: else, with a solver that always has an answer
         torque = s.clutch_torque + w.solution.x[0] if status == SOLVED else s.clutch_torque
     return torque
 

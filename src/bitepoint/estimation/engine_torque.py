@@ -94,6 +94,7 @@ def engine_observer_step(
 
     What is not finite leaves the state as it is.
     """
+    # never: else, in a part that holds back measurements that are no numbers
     if is_finite(command) and is_finite(clutch) and is_finite(speed):
         for n in range(CANDIDATES):
             kept = 0.0

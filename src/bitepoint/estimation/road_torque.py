@@ -58,6 +58,7 @@ def observer_reset(s: RoadObserverState, prior: float) -> None:
     s.moving = 0
     s.locked = 0
     s.wheel_speed = 0.0
+    # never: else, in a part whose prior is a number
     s.road_torque = prior if is_finite(prior) else 0.0
 
 
@@ -108,6 +109,7 @@ def observer_step(
             pressure.
         engine: torque of the engine since the last step, less its transient loss, N m; used where the clutch is locked.
     """
+    # never: else, in a part that holds back measurements that are no numbers
     if is_finite(engine_speed) and is_finite(wheel_speed) and is_finite(clutch) and is_finite(engine):
         if s.moving == 1:
             observer_update(p, s, engine_speed, wheel_speed, clutch, engine)

@@ -18,6 +18,7 @@ def clamp(x: float, low: float, high: float) -> float:
 @kernel
 def sign(x: float) -> float:
     """Return 1, 0 or -1 with the sign of x; 0 where x is NaN."""
+    # never: 0 in a part that asks for the sign of what is not 0
     return 1.0 if x > 0.0 else (-1.0 if x < 0.0 else 0.0)
 
 
@@ -34,8 +35,10 @@ def to_index(x: float, low: int, high: int) -> int:
     The one way from a float to an index: whatever x is, the result is inside low..high.
     """
     y = low
+    # never: in a part whose x stays below high
     if x >= high:
         y = high
+    # never: else, in a part whose x stays above low
     elif x > low:
         y = int(x)
     return y

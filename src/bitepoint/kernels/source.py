@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import io
 import linecache
 import textwrap
+import tokenize
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -40,6 +42,21 @@ class Source:
         bound |= {n.id for n in ast.walk(self.node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
         names = [n.id for statement in self.node.body for n in ast.walk(statement) if isinstance(n, ast.Name)]
         return [name for name in dict.fromkeys(names) if name not in bound]
+
+    @cached_property
+    def comments(self) -> dict[int, str]:
+        """Its comments without their signs, by line of the file."""
+        tokens = tokenize.generate_tokens(io.StringIO(self.text).readline)
+        first = self.node.lineno - 1
+        return {t.start[0] + first: t.string.lstrip("# ") for t in tokens if t.type == tokenize.COMMENT}
+
+    def above(self, line: int) -> list[str]:
+        """Return the comments on lines of their own right above a line of the file, in order."""
+        texts = self.text.splitlines()
+        first = line
+        while first - 1 in self.comments and texts[first - 1 - self.node.lineno].lstrip().startswith("#"):
+            first -= 1
+        return [self.comments[number] for number in range(first, line)]
 
 
 def source_of(function: Callable[..., Any]) -> Source:

@@ -46,9 +46,11 @@ def qp_begin(m: QpMatrices, d: QpData, w: QpWork) -> int:
             last = min(w.watched, ROWS - 1)
             w.watch[last] = i
             w.watched = last + 1
+        # never: in a part that orders its limits and lets 0 between them
         if not (low <= high) or (m.scales[i] == 0.0 and (low > 0.0 or high < 0.0)):
             if status == SOLVING:
                 status = INFEASIBLE
+            # never: in a part whose limits are numbers
             if not (low <= high or low > high):
                 status = NOT_FINITE
     return status
@@ -193,13 +195,17 @@ def qp_advance(w: QpWork) -> int:
     """Step along the direction; return ADDED at the limit of the entering row, DROPPED at a force of 0, or STUCK."""
     outcome = DROPPED
     step = w.limit
+    # never: past this and the next, where the rows have a common point
     if w.limit * w.square >= abs(w.gap) or (w.limit < 0.0 and w.square > EPSILON * math.sqrt(EPSILON)):
         outcome = ADDED
         step = abs(w.gap) / w.square
-    elif w.limit < 0.0:  # active rows span the entering one, and none can give way
+    # active rows span the entering one, and none can give way; never: where the rows have a common point
+    elif w.limit < 0.0:
         outcome = STUCK
+    # never: unless a limit overflows in terms of y
     if not is_finite(step):
         outcome = STUCK
+    # never: STUCK where the rows have a common point
     if outcome != STUCK:
         w.size += step * math.sqrt(w.square)
         if w.gap < 0.0:

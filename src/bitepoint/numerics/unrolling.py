@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import ast
 import copy
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from bitepoint.kernels import Kernel
+from bitepoint.kernels.source import Source
 
 
 def unrolled(kernel: Kernel[..., Any], name: str, meanings: Mapping[str, Any], bound: str) -> Kernel[..., Any]:
@@ -25,8 +26,28 @@ def unrolled(kernel: Kernel[..., Any], name: str, meanings: Mapping[str, Any], b
     node = copy.deepcopy(kernel.source.node)
     node.name = name
     node.decorator_list = []
-    text = ast.unparse(ast.fix_missing_locations(_Unroller(bound, meanings[bound]).visit(node)))
+    node = ast.fix_missing_locations(_Unroller(bound, meanings[bound]).visit(node))
+    text = _commented(ast.unparse(node), node, kernel.source)
     return Kernel.generate(name, f"{text}\n", {**kernel.source.namespace, **meanings})
+
+
+def _commented(text: str, node: ast.FunctionDef, source: Source) -> str:
+    """Return the text of `node` with the comments that stand above its statements in the source."""
+    lines = text.splitlines()
+    written = _statements(ast.parse(text).body[0])
+    for old, new in reversed(list(zip(_statements(node), written, strict=True))):
+        line = lines[new.lineno - 1]
+        indent = line[: len(line) - len(line.lstrip())]
+        lines[new.lineno - 1 : new.lineno - 1] = [f"{indent}# {remark}" for remark in source.above(old.lineno)]
+    return "\n".join(lines)
+
+
+def _statements(node: ast.stmt) -> Iterator[ast.stmt]:
+    """Yield all statements inside one, in the order in which they are written."""
+    for part in ast.iter_child_nodes(node):
+        if isinstance(part, ast.stmt):
+            yield part
+            yield from _statements(part)
 
 
 class _Unroller(ast.NodeTransformer):

@@ -218,6 +218,7 @@ def substep(p: DctParameters, s: DctState, w: DctWork, h: float) -> None:
             if s.mode.locked == 1:
                 s.locked_time = s.locked_time + passed
             left = left - passed
+    # never: with fewer than 8 events in a substep
     if left > 0.0:
         integrate(p, s.mode, s.motion, w, left)
 
@@ -354,6 +355,7 @@ def step(p: DctParameters, s: DctState, u: DctInputs, y: DctOutputs, w: DctWork,
         substep(p, s, w, h)
     switch_modes(p, s)
     observe(p, s, y, w)
+    # never: the energy finite and the work not, where the engine's torque is finite
     return 0 if is_finite(y.stored_energy) and is_finite(y.engine_work) else 1
 
 

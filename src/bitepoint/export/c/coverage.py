@@ -23,8 +23,8 @@ from bitepoint.kernels.kernel import ENTRY
 EXPLAINED = "never:"
 """Word in a comment of a kernel, carried into the C, that says why a branch below it is never taken."""
 
-CANDIDATES = 150
-"""Most random sequences that are tried for what is still missing."""
+CANDIDATES = 500
+"""Most random sequences that are tried for what is still missing and not explained."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,11 @@ class Coverage:
     branches_reached: int
     missing: tuple[Missing, ...]
 
+    @property
+    def reached(self) -> int:
+        """Lines and branches that were reached."""
+        return self.lines_reached + self.branches_reached
+
 
 def available() -> bool:
     """Whether gcc and its gcov are here, whatever else compiles."""
@@ -60,16 +65,16 @@ def choose(sources: Sources, recorded: Iterable[Sequence], random: Iterator[Sequ
     with Probe(sources, folder) as probe:
         for sequence in chosen:
             probe.run(sequence)
-        reached, total = probe.reached()
+        found = probe.reached()
         for _ in range(CANDIDATES):
-            if reached == total:
+            if all(missing.reason for missing in found.missing):
                 break
             sequence = next(random)
             probe.run(sequence)
-            now, _ = probe.reached()
-            if now > reached:
+            now = probe.reached()
+            if now.reached > found.reached:
                 chosen.append(sequence)
-                reached = now
+                found = now
     return chosen
 
 
@@ -98,7 +103,8 @@ class Probe:
         text = [*head, translation.source, _DUMP]
         self.last = len("\n".join(text).splitlines()) - len(_DUMP.splitlines())
         text += [*entry(part.init, translation, "probe_init"), *entry(part.step, translation, "probe_step"), ""]
-        (folder / "probe.c").write_text("\n".join(text), encoding="utf-8")
+        self.texts = "\n".join(text).splitlines()
+        (folder / "probe.c").write_text("\n".join(self.texts), encoding="utf-8")
         command = ["gcc", *FLAGS, "-O0", "--coverage", "-shared", "-fPIC", "-o", "probe.so", "probe.c", "-lm"]
         subprocess.run(command, cwd=folder, check=True, capture_output=True)
         self.library = ctypes.CDLL(str(folder / "probe.so"))
@@ -117,15 +123,13 @@ class Probe:
         """Step through a sequence; what it reaches adds to what was reached before."""
         drive_entries(self.sources.part, sequence, self.sources.precision, self.init, self.step)
 
-    def reached(self) -> tuple[int, int]:
-        """Return how many lines and branches were reached so far, and how many there are."""
+    def reached(self) -> Coverage:
+        """Return what was reached so far."""
         self.library.probe_dump()
         command = ["gcov", "--branch-probabilities", "--json-format", "--stdout", "probe.so-probe.gcda"]
         done = subprocess.run(command, cwd=self.folder, check=True, capture_output=True)
         lines = [line for file in json.loads(done.stdout)["files"] for line in file["lines"]]
-        ours = [line for line in lines if self.first <= line["line_number"] <= self.last]
-        counts = [count for line in ours for count in (line["count"], *(b["count"] for b in line["branches"]))]
-        return sum(count > 0 for count in counts), len(counts)
+        return _coverage([line for line in lines if self.first <= line["line_number"] <= self.last], self.texts)
 
 
 def read(file: Path, source: Path) -> Coverage:
@@ -138,8 +142,11 @@ def read(file: Path, source: Path) -> Coverage:
 def _coverage(lines: list[dict[str, Any]], texts: list[str]) -> Coverage:
     branches = [branch for line in lines for branch in line["branches"]]
     partly = [line for line in lines if line["count"] == 0 or any(b["count"] == 0 for b in line["branches"])]
-    numbers = [int(line["line_number"]) for line in partly]
-    missing = tuple(Missing(number, texts[number - 1].strip(), _reason(texts, number)) for number in numbers)
+    counts = {int(line["line_number"]): int(line["count"]) for line in lines}
+    missing = tuple(
+        Missing(number, texts[number - 1].strip(), _reason(texts, number) or _reason_around(texts, number, counts))
+        for number in (int(line["line_number"]) for line in partly)
+    )
     return Coverage(
         len(lines),
         sum(line["count"] > 0 for line in lines),
@@ -149,7 +156,43 @@ def _coverage(lines: list[dict[str, Any]], texts: list[str]) -> Coverage:
     )
 
 
-def _reason(texts: list[str], line: int) -> str:
-    """Return what the comment above a line says after `never:`."""
-    above = texts[line - 2].strip() if line >= 2 else ""
-    return above.partition(EXPLAINED)[2].removesuffix("*/").strip()
+def _reason_around(texts: list[str], number: int, counts: dict[int, int]) -> str:
+    """Return why a line was not reached at all: the reason of the test that leads into its block."""
+    reason = ""
+    while not reason and number and counts.get(number, 0) == 0:
+        number = _test_of_block(texts, number)
+        reason = _reason(texts, number) if number else ""
+    return reason
+
+
+def _test_of_block(texts: list[str], number: int) -> int:
+    """Return the number of the line with the test that leads into the block around a line; 0 for none."""
+    inside = _indentation(texts[number - 1])
+    brace = next((n for n in range(number - 1, 0, -1) if texts[n - 1] and _indentation(texts[n - 1]) < inside), 0)
+    head = _statement_of(texts, brace) if brace else 0
+    while head and texts[head - 1].strip() == "else":
+        same = _indentation(texts[head - 1])
+        tests = (n for n in range(head - 1, 0, -1) if _indentation(texts[n - 1]) == same)
+        head = next((n for n in tests if texts[n - 1].lstrip().startswith(("if (", "else if ("))), 0)
+    return head
+
+
+def _statement_of(texts: list[str], number: int) -> int:
+    """Return the number of the first line of the statement that a line belongs to."""
+    while number > 1 and texts[number - 2] and not texts[number - 2].endswith((";", "{", "}", "*/")):
+        number -= 1
+    return number
+
+
+def _indentation(text: str) -> int:
+    return len(text) - len(text.lstrip())
+
+
+def _reason(texts: list[str], number: int) -> str:
+    """Return what the comment above the statement on a line says after `never:`."""
+    last = _statement_of(texts, number) - 1
+    if not texts[last - 1].endswith("*/"):
+        return ""
+    first = next(n for n in range(last, 0, -1) if texts[n - 1].lstrip().startswith("/*"))
+    words = " ".join(text.strip().removeprefix("*").strip() for text in texts[first - 1 : last])
+    return words.partition(EXPLAINED)[2].removesuffix("*/").strip()

@@ -27,6 +27,15 @@ ROWS = 120
 SWITCHED = 0.3
 """Share of the random sequences in which a switch of the parameters is thrown."""
 
+AS_DESIGNED = 0.2
+"""Share of the random sequences whose parameters are those that were designed, as far as they do not overflow."""
+
+OVERFLOWING = 0.3
+"""Share of the random sequences in which parameters that may have any size have one that overflows."""
+
+HUGE = (0.0, 1e37, 1e307, np.inf)
+"""Sizes that overflow in what is made of them: about the largest in either precision; 0 for what it divides."""
+
 RECORDED = 200
 """Most rows of a disturbed recording."""
 
@@ -46,7 +55,10 @@ def random(part: Part, runs: Sequence[Inputs]) -> Iterator[Inputs]:
         table = _wild(part, rng) if seed % 2 == 0 else _disturbed(part, run, rng)
         _break(table, float(rng.choice([0.0, 0.02])), rng)
         parameters = part.parameters[:1].copy()
-        _vary(parameters[0], part.parameters_type, rng, revive=rng.random() < 0.3)
+        if rng.random() >= AS_DESIGNED:
+            _vary(parameters[0], part.parameters_type, rng, revive=rng.random() < 0.3)
+        if rng.random() < OVERFLOWING:
+            _overflow(parameters, part, rng)
         yield Inputs(f"random {seed}", parameters, np.ascontiguousarray(table))
 
 
@@ -134,6 +146,18 @@ def _vary(record: Any, kind: type[Record], rng: np.random.Generator, *, revive: 
             if revive:
                 value = np.where((value == 0.0) & (rng.random(shape) < 0.7), rng.uniform(-span, span, shape), value)
             record[name] = np.clip(value, field.low, field.high)
+
+
+def _overflow(parameters: RecordArray, part: Part, rng: np.random.Generator) -> None:
+    """Give numbers of an unlimited field, or all of them, a size that overflows in what is made of them."""
+    unlimited = [path for path, field in part.parameters_type.table() if field.kind == "float" and field.high == np.inf]
+    if unlimited:
+        field, view = part.parameters_type.locate(parameters, str(rng.choice(unlimited)), part.name)
+        numbers: Floats = np.asarray(view, np.float64)
+        shape: tuple[int, ...] = numbers.shape
+        some = rng.random(shape) < float(rng.choice([0.1, 0.5, 1.0]))
+        size = float(rng.choice(HUGE)) * rng.choice([-1.0, 1.0], shape)
+        view[...] = np.clip(np.where(some, size, numbers), field.low, field.high)
 
 
 def _curve(field: Field, rng: np.random.Generator) -> RecordArray:

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import ast
-import io
-import tokenize
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 from bitepoint.kernels.c99.expressions import Term, Terms, Uses
@@ -173,27 +170,13 @@ class Function:
         yield from indented(self._body(self.statements))
         yield "}"
 
-    @cached_property
-    def _comments(self) -> dict[int, str]:
-        """Comments of the source, by line."""
-        first = self.source.node.lineno - 1
-        tokens = tokenize.generate_tokens(io.StringIO(self.source.text).readline)
-        return {t.start[0] + first: t.string.lstrip("# ") for t in tokens if t.type == tokenize.COMMENT}
-
     def _remarks(self, node: ast.stmt) -> Iterator[str]:
         """Yield the source's comments that belong to a statement: beside it, and on lines of their own above it."""
         header = [part for part in ast.iter_child_nodes(node) if not isinstance(part, ast.stmt)]
         last = max([node.lineno, *(getattr(part, "end_lineno", node.lineno) for part in header)])
-        lines = [line for line in range(node.lineno, last + 1) if line in self._comments]
-        above = node.lineno - 1
-        while above in self._comments and self._alone(above):
-            lines.insert(0, above)
-            above -= 1
-        yield from comment(" ".join(self._comments[line] for line in lines), len(self.scopes.blocks[node]))
-
-    def _alone(self, line: int) -> bool:
-        text = self.source.text.splitlines()[line - self.source.node.lineno]
-        return text.lstrip().startswith("#")
+        comments = self.source.comments
+        beside = [comments[line] for line in range(node.lineno, last + 1) if line in comments]
+        yield from comment(" ".join([*self.source.above(node.lineno), *beside]), len(self.scopes.blocks[node]))
 
     def _body(self, statements: Sequence[ast.stmt]) -> Iterator[str]:
         for statement in statements:
