@@ -29,6 +29,7 @@ from bitepoint.numerics.qp_records import (
     INACCURATE,
     INFEASIBLE,
     ITERATION_CAP,
+    ITERATIONS,
     NOT_FINITE,
     SOLVED,
     VARIABLES,
@@ -56,14 +57,6 @@ from bitepoint.records import Record
 MOST_VARIABLES, MOST_ROWS = 32, 128
 MOST_UNROLLED = 8
 """Variables up to which the innermost loops are written out."""
-
-ITERATIONS = 70
-"""Cap of the iterations; `qp_solver` sets it by the size.
-
-10 per variable and one per row. Of a million programmes of 5 variables and 20 rows without structure the longest took
-41, and each 2 iterations more are three times as rare; of a million of predictive control the longest took 21. Larger
-ones stay as far below: 68 of 112 for 8 variables and 32 rows, 238 of 448 for 32 and 128.
-"""
 
 
 @kernel
@@ -110,6 +103,7 @@ def qp_finish(m: QpMatrices, d: QpData, w: QpWork, s: QpSolution) -> bool:
     """Write x, multipliers and residual; return whether they are finite."""
     canary = 0.0
     for k in range(w.members):
+        # never: else, but where rounding turned the sign of a force that is nearly 0
         if w.sides[k] * w.forces[k] >= 0.0:
             s.multipliers[w.active[k]] = w.forces[k] * m.scales[w.active[k]]
         canary += abs(w.forces[k] * m.scales[w.active[k]])
@@ -151,6 +145,7 @@ def qp_solve(m: QpMatrices, d: QpData, w: QpWork, s: QpSolution) -> int:
     qp_clear(m, s)
     status = qp_begin(m, d, w)
     outcome = ADDED
+    # never: to its end in millions of programmes that were tried, see ITERATIONS; it guards against rounding
     for iteration in range(ITERATIONS + 1):
         if outcome == ADDED and status == SOLVING:
             qp_choose(m, w)
@@ -165,6 +160,7 @@ def qp_solve(m: QpMatrices, d: QpData, w: QpWork, s: QpSolution) -> int:
         outcome = qp_advance(w)
         if outcome == ADDED:
             qp_add(m, w)
+        # never: else, where the rows have a common point
         elif outcome == DROPPED:
             qp_drop(w)
         else:
@@ -177,6 +173,7 @@ def qp_solve(m: QpMatrices, d: QpData, w: QpWork, s: QpSolution) -> int:
             status = INACCURATE
         if status != SOLVED:
             qp_clear(m, s)
+    # never: the cap, see above
     return ITERATION_CAP if status == SOLVING else status
 
 
@@ -216,7 +213,7 @@ def qp_solver(variables: int, rows: int) -> QpSolver:
     if variables < 3 or rows < 1:  # a smaller array cannot be proven to hold what lies beside the diagonal
         return qp_solver(max(variables, 3), max(rows, 1))
     types = {t.__name__: resized(t, variables, rows) for t in (QpMatrices, QpData, QpWork, QpSolution)}
-    iterations = 10 * variables + rows
+    iterations = int(types["QpSolution"].fields["iterations"].high)
     meanings: dict[str, Any] = {"VARIABLES": variables, "ROWS": rows, "ITERATIONS": iterations, **types}
     write_out = variables <= MOST_UNROLLED
     for source in CALLEES_FIRST:

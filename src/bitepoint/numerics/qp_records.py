@@ -15,6 +15,14 @@ from bitepoint.records import FloatArray, IntArray, Record, count, quantity
 VARIABLES = 5
 ROWS = 20
 
+ITERATIONS = 10 * VARIABLES + ROWS
+"""Cap of the iterations.
+
+10 per variable and one per row. Of a million programmes of 5 variables and 20 rows without structure the longest took
+41, and each 2 iterations more are three times as rare; of a million of predictive control the longest took 21. Larger
+ones stay as far below: 68 of 112 for 8 variables and 32 rows, 238 of 448 for 32 and 128.
+"""
+
 SOLVED, INFEASIBLE, ITERATION_CAP, NOT_FINITE, INACCURATE = 0, 1, 2, 3, 4
 
 SENTENCES = {
@@ -89,12 +97,13 @@ class QpSolution(Record):
     x: FloatArray = quantity("1", -ANY, ANY, "minimiser", shape=(VARIABLES,))
     multipliers: FloatArray = quantity("1", -ANY, ANY, "of the rows: > 0 at high, < 0 at low", shape=(ROWS,))
     residual: float = quantity("1", -1, ANY, "of the optimality conditions, relative")
-    iterations: int = count(0, 1_000_000, "rows that became active or inactive")
+    iterations: int = count(0, ITERATIONS, "rows that became active or inactive")
 
 
 def resized(record: type[Record], variables: int, rows: int) -> type[Record]:
     """Return the record type for another size; `record` is one of the above."""
     sizes = {VARIABLES: variables, VARIABLES - 1: variables - 1, ROWS: rows, ROWS - 1: rows - 1}
+    sizes[ITERATIONS] = 10 * variables + rows
     fields: dict[str, Any] = {}
     for name, field in record.fields.items():
         high = sizes.get(int(field.high), field.high) if field.kind == "int" else field.high

@@ -194,9 +194,13 @@ class Terms:
     def _ifexp(self, node: ast.IfExp) -> Term:
         test, yes, no = self.term(node.test), self.term(node.body), self.term(node.orelse)
         results = [yes.inside(), no.inside()]
-        if yes.kind == "int" and isinstance(node.body, ast.Constant) and isinstance(node.orelse, ast.Constant):
+        if yes.kind == "int" and self._fixed(node.body) and self._fixed(node.orelse):
             results = [f"({self.precision.integer}){result}" for result in results]  # not C's narrower int
         return Term(f"{test.inside()} ? {results[0]} : {results[1]}", Value(yes.kind), CHOICE)
+
+    def _fixed(self, node: ast.expr) -> bool:
+        """Whether `node` is a number, written or by its name."""
+        return isinstance(node, ast.Constant) or (isinstance(node, ast.Name) and self.look_up(node.id) is None)
 
     def _call(self, node: ast.Call) -> Term:
         function = node.func
