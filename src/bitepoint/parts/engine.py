@@ -97,7 +97,7 @@ def engine_torque(e: Engine, effect: float, speed: float) -> float:
 def throttle_for(e: Engine, torque: float, speed: float) -> float:
     """Return the throttle, 0..1, at which the engine gives `torque` (N m) at `speed`; 0 or 1 where it cannot."""
     drag = engine_drag(e, speed)
-    filling = clamp((torque + drag) / max(full_load_torque(e, speed) + drag, 1e-9), 0.0, 1.0 - 1e-12)
+    filling = clamp((torque + drag) / max(full_load_torque(e, speed) + drag, 1e-9), 0.0, 1.0 - EPSILON)
     ratio = e.filling_speed / max(speed, e.filling_speed_floor)
     effect = -math.log(1.0 - filling) / (e.filling_gain * math.pow(ratio, e.filling_speed_exponent))
     return clamp(math.pow(effect, 1.0 / e.filling_throttle_exponent), 0.0, 1.0)

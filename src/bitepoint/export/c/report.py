@@ -81,6 +81,7 @@ class Findings:
             "builds": [asdict(build) for build in self.builds],
             "targets": [asdict(run) for run in self.runs],
             "coverage": None if self.coverage is None else asdict(self.coverage),
+            "absorbed_in_float32": [asdict(found) for found in sources.translation.absorbed],
             "float32_against_float64": {d.output: {"largest": d.largest, "unit": d.unit} for d in self.differences},
             "solver": None if self.solver is None else {"iterations_worst": self.solver[0], "cap": self.solver[1]},
         }
@@ -143,6 +144,10 @@ class Findings:
         yield from _table(
             ("output", "distance"), [(d.output, f"{d.largest:.3g} {display(d.unit)}") for d in self.differences]
         )
+        found = self.sources.translation.absorbed
+        if found:
+            yield from ("", "Constants that float32 absorbs: there they are one of their own operands.", "")
+            yield from _table(("file", "line", "expression"), [(a.file, a.line, f"`{a.expression}`") for a in found])
 
     def _coverage(self) -> Iterator[str]:
         yield from ("", "## What the vectors reach", "")

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from bitepoint.kernels.c99.absorbed import Absorbed, is_absorbed
 from bitepoint.kernels.c99.names import Names
 from bitepoint.kernels.c99.precision import Precision
 from bitepoint.kernels.c99.text import real_literal
@@ -59,6 +60,7 @@ class Uses:
     helpers: set[str]
     maths: set[str]
     constants: dict[str, str]
+    absorbed: dict[Absorbed, None]
 
 
 class Terms:
@@ -144,7 +146,15 @@ class Terms:
         text = "".join(f"[{self.term(index).text}]" for index in indices)
         return Term(array.text + text, element_of(array.value))
 
+    def _number(self, name: str) -> float | None:
+        """Return the number that a global name stands for, or None."""
+        value = self.source.namespace.get(name) if self.look_up(name) is None else None
+        return value if isinstance(value, int | float) and not isinstance(value, bool) else None
+
     def _binop(self, node: ast.BinOp) -> Term:
+        if is_absorbed(node, self._number):
+            file = f"{self.kernel.__module__.replace('.', '/')}.py"
+            self.uses.absorbed[Absorbed(file, node.lineno, ast.unparse(node))] = None
         return self.binary(node.op, node.left, node.right)
 
     def binary(self, operator: ast.operator, left: ast.expr, right: ast.expr) -> Term:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from bitepoint.errors import InputError
+from bitepoint.kernels.c99.absorbed import Absorbed
 from bitepoint.kernels.c99.expressions import HELPERS, Uses
 from bitepoint.kernels.c99.functions import Function
 from bitepoint.kernels.c99.names import Names
@@ -55,6 +56,7 @@ class Translation:
         functions: what each kernel is called; public ones by the name they were asked for.
         calls: which functions each function calls, by name.
         maths: functions of the maths library in use, as `math` names them.
+        absorbed: constant expressions that are one of their own operands in float32, in either precision.
     """
 
     prefix: str
@@ -66,6 +68,7 @@ class Translation:
     functions: Mapping[Kernel[..., Any], str]
     calls: Mapping[str, Sequence[str]]
     maths: frozenset[str]
+    absorbed: Sequence[Absorbed]
 
     @property
     def exact(self) -> bool:
@@ -104,7 +107,7 @@ def translate(
     functions |= {kernel: names.function(kernel) for kernel in members}
     for helper in HELPERS:
         names.give(("helper", helper), helper, f"{helper}_of_two")
-    uses = Uses(set(), set(), {})
+    uses = Uses(set(), set(), {}, {})
     outside = {kernel: name for name, kernel in public.items()}
     texts = [Function(kernel, names, precision, uses, outside.get(kernel)) for kernel in members]
     bodies = ["\n".join(text.text()) for text in texts]
@@ -118,6 +121,7 @@ def translate(
         functions,
         {functions[k]: [functions[callee] for callee in k.callees.values()] for k in members},
         frozenset(uses.maths),
+        list(uses.absorbed),
     )
 
 
