@@ -352,3 +352,14 @@ def test_a_field_without_annotation_raises() -> None:
 def test_a_field_knows_what_it_expects() -> None:
     assert Field("x", "float", "", "N*m", -1, 1).expected() == "expected a number in -1..1 N m"
     assert Car.fields["weights"].expected() == "expected 2 x 3 times a number in 0..100 kg"
+
+
+def test_values_with_names_tell_them_in_their_meaning() -> None:
+    assert count(-1, 1, "sense", names=("back", "still", "ahead")).meaning == "sense: -1 back, 0 still, 1 ahead"
+    assert quantity("1", 0, 1, "gate", names=("shut", "open")).meaning == "gate: 0 shut, 1 open"
+
+
+@pytest.mark.parametrize("names", [("back",), ("back", "still", "ahead"), ("back", "back")])
+def test_names_that_do_not_fit_the_range_are_refused(names: tuple[str, ...]) -> None:
+    with pytest.raises(TypeError, match=r"a different one for each value in 0\.\.1"):
+        count(0, 1, "sense", names=names)

@@ -38,6 +38,7 @@ class Field:
         padded: whether a file may give fewer numbers than the shape; the rest is then 0.
         record: the type of a nested record; of a curve, `Curve`.
         axes: of a curve.
+        names: of its values, the whole numbers from low to high; () where they have none.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Field:
     padded: bool = False
     record: type[Record] | None = None
     axes: tuple[Axis, ...] = ()
+    names: tuple[str, ...] = ()
 
     def expected(self) -> str:
         """Return what a valid value looks like, in a few words."""
@@ -65,7 +67,7 @@ class Field:
         return f"expected {many}{noun} in {self.low:g}..{self.high:g}{unit}"
 
 
-def quantity(
+def quantity(  # noqa: PLR0913 - four numbers that every field has, and four that few have, by name
     unit: str,
     low: float,
     high: float,
@@ -74,14 +76,36 @@ def quantity(
     default: float | None = None,
     shape: tuple[int, ...] = (),
     padded: bool = False,
+    names: tuple[str, ...] = (),
 ) -> Any:
-    """Declare a float field (or a fixed-size array of them) with its unit, closed range and meaning."""
-    return Field("", "float", meaning, unit, low, high, default, shape, padded)
+    """Declare a float field (or a fixed-size array of them) with its unit, closed range and meaning.
+
+    A signal that tells a mode has `names`, one for each whole number from low to high; its meaning then tells them too.
+    """
+    told = _told(meaning, low, high, names)
+    return Field("", "float", told, unit, low, high, default, shape, padded, names=names)
 
 
-def count(low: int, high: int, meaning: str, *, default: int | None = None, shape: tuple[int, ...] = ()) -> Any:
-    """Declare an integer field: a count, an index, a mode or a flag (0..1)."""
-    return Field("", "int", meaning, "1", low, high, default, shape)
+def count(
+    low: int,
+    high: int,
+    meaning: str,
+    *,
+    default: int | None = None,
+    shape: tuple[int, ...] = (),
+    names: tuple[str, ...] = (),
+) -> Any:
+    """Declare an integer field: a count, an index, a flag (0..1), or a mode with the names of its values."""
+    return Field("", "int", _told(meaning, low, high, names), "1", low, high, default, shape, names=names)
+
+
+def _told(meaning: str, low: float, high: float, names: tuple[str, ...]) -> str:
+    """Return a meaning with the names of the values: "phase: 0 waiting, 1 slipping"."""
+    if not names:
+        return meaning
+    if len(names) != high - low + 1 or low != int(low) or len(set(names)) != len(names):
+        raise TypeError(f"{meaning}: {len(names)} names; expected a different one for each value in {low:g}..{high:g}")
+    return f"{meaning}: {', '.join(f'{int(low) + n} {name}' for n, name in enumerate(names))}"
 
 
 def nested(record: type[Record], meaning: str, *, shape: tuple[int, ...] = ()) -> Any:

@@ -91,6 +91,15 @@ def unit(module: Tree, conversion: str) -> str:
     return by_name(module["compu_method"])[conversion]["unit"]
 
 
+def states(module: Tree, item: Tree) -> dict[int, str]:
+    """Return the names that an object shows in the place of its values."""
+    method = by_name(module["compu_method"])[item["conversion"]]
+    assert method["conversion_type"] == "TabVerb"
+    table = by_name(module["compu_vtab"])[method["compu_tab_ref"]["conversion_table"]]
+    assert table["number_value_pairs"] == len(table["value_pairs"])
+    return {int(pair["in_val"]): pair["out_val"] for pair in table["value_pairs"]}
+
+
 def dimensions(item: Tree) -> tuple[int, ...]:
     """Return the dimensions of an array, x first; () for a single number."""
     return tuple(item["matrix_dim"]["dim_list"]) if item["matrix_dim"] else ()

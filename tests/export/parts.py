@@ -42,7 +42,7 @@ class MadeUpParameters(Record):
     matrix: FloatArray = quantity("N*m*s/rad", -1e6, 1e6, "rows are \\ outputs", shape=(2, 3))
     cube: FloatArray = quantity("1", 0, 1, "", shape=(2, 3, 4))
     switches: IntArray = count(-2, 7, "0 off, 1 on", shape=(3,))
-    mode: int = count(-1, 1, "-1 back, 0 still, 1 ahead")
+    mode: int = count(-1, 1, "sense", names=("back", "still", "ahead"))
     slots: RecordElements[Slot] = nested(Slot, "the slots", shape=(2,))
     grid: RecordElements[Slot] = nested(Slot, "more slots", shape=(2, 2))
     over_slip: Curve = curve(("slip", "rad/s", -10, 10), ("torque", "N*m", 0, 1), "over an input")

@@ -13,7 +13,6 @@ import pytest
 
 from bitepoint.assembly import CONTROLLERS, PLANTS
 from bitepoint.export.a2l import a2l_text, symbol_sizes
-from bitepoint.export.a2l_items import states
 from bitepoint.export.a2l_syntax import display_format, identifier, number, quoted
 from bitepoint.fields import Field
 from bitepoint.kernels.c99 import FLOAT32, FLOAT64, PRECISIONS, Precision
@@ -172,22 +171,27 @@ def test_axes_name_the_input_that_they_are_over(part: str, curve: str, quantity:
     assert axis["input_quantity"] == quantity
 
 
-def test_integers_whose_states_are_named_show_the_names(described: Any) -> None:
-    _, module = described(PARTS["launch_pid"], FLOAT64)
-    phase = mcd.objects(module)["launch_pid_state.phase"]
-    method = mcd.by_name(module["compu_method"])[phase["conversion"]]
-    table = mcd.by_name(module["compu_vtab"])[method["compu_tab_ref"]["conversion_table"]]
-    pairs = {pair["in_val"]: pair["out_val"] for pair in table["value_pairs"]}
-    assert pairs == {0.0: "waiting", 1.0: "slipping", 2.0: "closing", 3.0: "driving"}
+@pytest.mark.parametrize(
+    ("part", "name", "names"),
+    [
+        ("launch_pid", "launch_pid_state.phase", ["waiting", "slipping", "closing", "driving"]),
+        ("launch_pid", "launch_pid_command.launch_phase", ["waiting", "slipping", "closing", "driving"]),
+        ("launch_mpc", "launch_mpc_command.launch_phase", ["waiting", "slipping", "closing", "driving"]),
+        ("excitation", "excitation_command.excitation_phase", ["waiting", "revving", "closing", "exciting"]),
+    ],
+)
+def test_values_that_have_names_show_them(part: str, name: str, names: list[str], described: Any) -> None:
+    _, module = described(PARTS[part], FLOAT64)
+    item = mcd.objects(module)[name]
+    assert mcd.states(module, item) == dict(enumerate(names))
+    assert all(f"{n} {text}" in item["long_identifier"] for n, text in enumerate(names))
+
+
+def test_no_other_value_has_names(described: Any) -> None:
     _, module = described(PARTS["made_up"], FLOAT64)
     assert [table["name"] for table in module["compu_vtab"]] == ["made_up_parameters.mode.states"]
-
-
-@pytest.mark.parametrize(
-    "meaning", ["0 off, 1 on", "0 off, 2 on, 1 half", "1 on, 2 off", "0 off, 1 on, later", "0, 1, 2"]
-)
-def test_other_meanings_name_no_states(meaning: str) -> None:
-    assert states(Field("mode", "int", meaning, low=0, high=2)) == {}
+    mode = mcd.objects(module)["made_up_parameters.mode"]
+    assert mcd.states(module, mode) == {-1: "back", 0: "still", 1: "ahead"}
 
 
 def test_awkward_meanings_become_one_line_of_ascii(described: Any) -> None:

@@ -30,7 +30,7 @@ from bitepoint.controllers.engine_speed import (
     engine_speed_reset,
     engine_speed_step,
 )
-from bitepoint.controllers.launch_phase import DRIVING, SLIPPING, WAITING, phase_after
+from bitepoint.controllers.launch_phase import DRIVING, PHASES, SLIPPING, WAITING, phase_after
 from bitepoint.controllers.prediction import predict
 from bitepoint.errors import InputError
 from bitepoint.files import library_yaml
@@ -105,7 +105,7 @@ class DdpcParameters(Record):
 class DdpcState(Record):
     """Memory between two steps."""
 
-    phase: int = count(0, 3, "0 waiting, 1 slipping, 2 closing, 3 driving")
+    phase: int = count(0, 3, "phase of the launch", names=PHASES)
     known: int = count(0, 1, "1 once there is a past")
     time: float = quantity("s", 0, 1e9, "time since pedal onset")
     clutch_torque: float = quantity("N*m", 0, 10_000, "commanded clutch torque")
@@ -134,7 +134,7 @@ class DdpcCommand(Record):
     throttle: float = quantity("1", 0, 1, "throttle opening")
     clutch_torque_command: float = quantity("N*m", 0, 10_000, "commanded capacity of clutch 1")
     engine_speed_target: float = quantity("rad/s", 0, 2000, "engine speed to hold")
-    launch_phase: float = quantity("1", 0, 3, "0 waiting, 1 slipping, 2 closing, 3 driving")
+    launch_phase: float = quantity("1", 0, 3, "phase of the launch", names=PHASES)
     solver_status: float = quantity("1", 0, 4, "of the quadratic programme: 0 solved; else the clutch torque stays")
 
 

@@ -26,6 +26,7 @@ WAITING = 0
 REVVING = 1
 CLOSING = 2
 EXCITING = 3
+PHASES = ("waiting", "revving", "closing", "exciting")
 
 MULTIPLIER = 1716.0
 MODULUS = 8191.0
@@ -68,7 +69,7 @@ class ExcitationParameters(Record):
 class ExcitationState(Record):
     """Memory between two steps."""
 
-    phase: int = count(0, 3, "0 waiting, 1 revving, 2 closing, 3 exciting")
+    phase: int = count(0, 3, "phase of the excitation", names=PHASES)
     random: float = quantity("1", -4095, 4095, "the random number, a whole one")
     goal: float = quantity("N*m", 0, 10_000, "base torque to rise to; 0 while the vehicle stands")
     base: float = quantity("N*m", 0, 10_000, "risen part of the base torque")
@@ -90,7 +91,7 @@ class ExcitationCommand(Record):
 
     throttle: float = quantity("1", 0, 1, "throttle opening")
     clutch_torque_command: float = quantity("N*m", 0, 10_000, "commanded capacity of clutch 1")
-    excitation_phase: float = quantity("1", 0, 3, "0 waiting, 1 revving, 2 closing, 3 exciting")
+    excitation_phase: float = quantity("1", 0, 3, "phase of the excitation", names=PHASES)
 
 
 @kernel

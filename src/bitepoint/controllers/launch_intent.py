@@ -60,7 +60,7 @@ class LaunchIntentState(Record):
     time: float = quantity("s", 0, 1e9, "length of the window: time since pedal onset")
     known: int = count(0, 1, "1 where the last pedal was usable")
     broken: int = count(0, 1, "1 where the network cannot use the window")
-    intention: int = count(0, 2, "0 slow, 1 normal, 2 urgent")
+    intention: int = count(0, 2, "intention", names=INTENTIONS)
     pedal: float = quantity("1", 0, 1, "last pedal")
     pedal_rate: float = quantity("1/s", -FASTEST_PEDAL, FASTEST_PEDAL, "filtered")
     highest_pedal: float = quantity("1", 0, 1, "in the window")
@@ -79,7 +79,7 @@ class LaunchIntentCommand(Record):
     """What it tells."""
 
     slip_decay: float = quantity("1", 0.01, 0.99, "D1: share of the slip to be removed in 10 ms")
-    launch_intention: float = quantity("1", 0, 2, "0 slow, 1 normal, 2 urgent")
+    launch_intention: float = quantity("1", 0, 2, "intention of the driver", names=INTENTIONS)
     intention_status: float = quantity(
         "1",
         0,

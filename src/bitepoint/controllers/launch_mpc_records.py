@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from bitepoint.controllers.launch_phase import PHASES
 from bitepoint.estimation.engine_torque import EngineObserver, EngineObserverState
 from bitepoint.estimation.road_torque import RoadObserver, RoadObserverState
 from bitepoint.numerics.qp import qp_solver
@@ -104,7 +105,7 @@ class LaunchMpcParameters(Record):
 class LaunchMpcState(Record):
     """Memory between two steps."""
 
-    phase: int = count(0, 3, "0 waiting, 1 slipping, 2 closing, 3 driving")
+    phase: int = count(0, 3, "phase of the launch", names=PHASES)
     target: float = quantity("rad/s", 0, 2000, "engine speed to launch at")
     hold: float = quantity("N*m", -1e6, 1e6, "clutch torque that held the vehicle at standstill")
     clutch_torque: float = quantity("N*m", 0, 10_000, "commanded clutch torque")
@@ -131,7 +132,7 @@ class LaunchMpcCommand(Record):
     throttle: float = quantity("1", 0, 1, "throttle opening")
     clutch_torque_command: float = quantity("N*m", 0, 10_000, "commanded capacity of clutch 1")
     engine_speed_target: float = quantity("rad/s", 0, 2000, "engine speed to launch at")
-    launch_phase: float = quantity("1", 0, 3, "0 waiting, 1 slipping, 2 closing, 3 driving")
+    launch_phase: float = quantity("1", 0, 3, "phase of the launch", names=PHASES)
     road_torque_estimate: float = quantity("N*m", -1e9, 1e9, "road torque that it estimates")
     engine_lag_estimate: float = quantity("s", 0, 5, "lag of the engine that it estimates")
     solver_status: float = quantity("1", 0, 4, "of the quadratic programme: 0 solved; else the safest rates are taken")

@@ -8,6 +8,7 @@ WAITING = 0
 SLIPPING = 1
 CLOSING = 2
 DRIVING = 3
+PHASES = ("waiting", "slipping", "closing", "driving")
 
 
 @kernel

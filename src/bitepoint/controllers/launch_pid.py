@@ -22,7 +22,7 @@ from bitepoint.controllers.engine_speed import (
     engine_speed_reset,
     engine_speed_step,
 )
-from bitepoint.controllers.launch_phase import DRIVING, SLIPPING, WAITING, phase_after
+from bitepoint.controllers.launch_phase import DRIVING, PHASES, SLIPPING, WAITING, phase_after
 from bitepoint.files import library_yaml
 from bitepoint.kernels import clamp, is_finite, kernel
 from bitepoint.numerics.tables import lookup
@@ -65,7 +65,7 @@ class LaunchPidParameters(Record):
 class LaunchPidState(Record):
     """Memory between two steps."""
 
-    phase: int = count(0, 3, "0 waiting, 1 slipping, 2 closing, 3 driving")
+    phase: int = count(0, 3, "phase of the launch", names=PHASES)
     time: float = quantity("s", 0, 1e9, "time since pedal onset")
     feed_forward: float = quantity("N*m", 0, 10_000, "risen part of the clutch torque")
     integral: float = quantity("N*m", -10_000, 10_000, "integral part of the clutch torque")
@@ -87,7 +87,7 @@ class LaunchPidCommand(Record):
     throttle: float = quantity("1", 0, 1, "throttle opening")
     clutch_torque_command: float = quantity("N*m", 0, 10_000, "commanded capacity of clutch 1")
     engine_speed_target: float = quantity("rad/s", 0, 2000, "engine speed to hold")
-    launch_phase: float = quantity("1", 0, 3, "0 waiting, 1 slipping, 2 closing, 3 driving")
+    launch_phase: float = quantity("1", 0, 3, "phase of the launch", names=PHASES)
 
 
 @kernel

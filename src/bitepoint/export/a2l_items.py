@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
@@ -13,19 +12,6 @@ from bitepoint.export.a2l_variables import Variable
 from bitepoint.kernels.c99 import Precision
 from bitepoint.records import CURVE_POINTS, Axis, Field
 from bitepoint.units import display
-
-_STATE = re.compile(r"(-?\d+) (\D.*)")
-
-
-def states(declared: Field) -> dict[int, str]:
-    """Return the states that the meaning of an integer names, as in "0 waiting, 1 slipping"; {} where it names none.
-
-    They count as names only where they are exactly the integers of its range, in order.
-    """
-    matches = [_STATE.fullmatch(text) for text in declared.meaning.split(", ")]
-    found = {int(match.group(1)): match.group(2) for match in matches if match is not None}
-    whole = declared.kind == "int" and len(found) == len(matches) > 1
-    return found if whole and list(found) == list(range(int(declared.low), int(declared.high) + 1)) else {}
 
 
 @dataclass
@@ -97,9 +83,8 @@ class Items:
 
     def _conversion(self, variable: Variable, value: Field) -> str:
         """Return the name of the conversion of a value: of its states where it has such, or else of its unit."""
-        named = states(value)
-        if named:
-            return self._table(f"{variable.name}.states", named)
+        if value.names:
+            return self._table(f"{variable.name}.states", value)
         if value.unit not in self._units:
             plain = f"unit_{identifier(value.unit)}"
             candidates = (plain, *(f"{plain}_{again}" for again in range(2, 1000)))
@@ -109,8 +94,8 @@ class Items:
             self.conversions[name] = list(block("COMPU_METHOD", head))
         return self._units[value.unit]
 
-    def _table(self, name: str, named: Mapping[int, str]) -> str:
-        pairs = [f"{state} {quoted(text)}" for state, text in named.items()]
+    def _table(self, name: str, value: Field) -> str:
+        pairs = [f"{int(value.low) + place} {quoted(text)}" for place, text in enumerate(value.names)]
         method = f"{name} {quoted('')} TAB_VERB {quoted('%4.0')} {quoted('')}"
         table = block("COMPU_VTAB", f"{name} {quoted('')} TAB_VERB {len(pairs)}", pairs)
         self.conversions[name] = [*block("COMPU_METHOD", method, [f"COMPU_TAB_REF {name}"]), *table]
