@@ -68,7 +68,7 @@ def test_page_and_rows_are_written(found: Reproduction, tmp_path: Path) -> None:
     paths = save(found, tmp_path / "new")
     assert {path.name for path in paths} == {"rows.json", "reproduction.html"}
     page = (tmp_path / "new" / "reproduction.html").read_text(encoding="utf-8")
-    assert "friction work" in page
+    assert "friction_work" in page
     assert "1700 kg" in page
 
 

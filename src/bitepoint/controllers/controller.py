@@ -33,6 +33,8 @@ class Controller:
             has work, both kernels take it after the command.
         period: time between two steps, s.
         work: scratch of the kernels, or None; what is in it before a step does not matter.
+        desktop: whether it is there to be compared with, and no ECU could afford it: it exports, but nothing is
+            promised of its time there.
         design_on: design on a model from a file, or None where the controller takes none.
     """
 
@@ -52,3 +54,4 @@ class Controller:
     period: float = 0.01
     work: type[Record] | None = None
     design_on: DesignOn | None = None
+    desktop: bool = False

@@ -181,4 +181,5 @@ CONTROLLER = replace(
     init=init,
     step=step,
     work=DdpcPsoWork,
+    desktop=True,
 )

@@ -43,7 +43,7 @@ VALIDATION: Mapping[str, str] = {"vehicle.mass": "1700 kg", "road.grade": "15 %"
 """The paper's validation, but for its throttle of 10 %, which cannot hold that grade: all throttles that can."""
 
 TRAINING: Mapping[str, str] = {"vehicle.mass": "1600 kg", "road.grade": "0 %", "controller.throttle": "20 %"}
-"""The paper's training run; its model cannot come from that alone."""
+"""The paper's training run; no model can come from that alone: ours is of this vehicle on all grades."""
 
 IDENTIFICATION: Mapping[str, Mapping[str, float]] = {
     "the paper's training run": {"engine_speed": 1.0, "slip": 1.0},
@@ -70,7 +70,8 @@ NOTES = (
     "published gap: a baseline tuned at the lower targets (launch_pid tuned) is as good in a nominal launch.",
     "Figs. 7 and 8 show errors of single runs; one run on a level road cannot tell what the road torque does. Ours "
     "is from 50 runs over grades, throttles and two masses, with 0.1 rad/s of noise on the speeds. The least AIC is "
-    "then at higher orders, but its knee over n_a lies at 2, and (2,1,1) is as good in free run.",
+    "then at higher orders, but its knee over n_a lies at 2, and (2,1,1) is as good in free run. "
+    "The training run is judged by a model of its one vehicle: one of two masses splits the difference between them.",
     "In the robustness case ddpc, which controls the clutch alone, pulls the engine far below its limit of 83 rad/s. "
     "launch_mpc shows what is reached with that limit kept.",
 )
@@ -102,9 +103,13 @@ def _identified() -> Identification:
 
 
 def _errors(found: Identification) -> Mapping[str, Mapping[str, ChannelErrors]]:
+    """Return the errors in the paper's training run of a model of its one vehicle, and those in validation."""
+    with TemporaryDirectory() as folder:
+        run("dct-excitation", {"vehicle.mass": TRAINING["vehicle.mass"]}).save(folder)
+        alone = identify(folder, orders=ORDERS).model
     logs = run("dct-excitation", TRAINING).logs
     return {
-        "the paper's training run": errors_of(found.model, [Run.of(log, LAUNCH) for log in logs.values()]),
+        "the paper's training run": errors_of(alone, [Run.of(log, LAUNCH) for log in logs.values()]),
         "validation": found.errors["validation"],
     }
 
