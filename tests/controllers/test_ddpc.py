@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 
 import numpy as np
 import pytest
@@ -48,6 +49,9 @@ def test_prediction_is_what_the_model_simulates(orders: tuple[int, int, int]) ->
         assert foreseen == pytest.approx(y[now + 1 : now + 1 + steps, output], abs=1e-9)
 
 
+HILL = {"vehicle.mass": "1900 kg", "road.grade": "20 %"}
+
+
 def recorded_programmes(intent: str = "normal") -> list[tuple[np.ndarray, ...]]:
     """The programmes of a launch: gradient, limits, and the move that was made."""
     assembly = assemble("dct-launch", {"controller": "ddpc", "intent": intent})
@@ -77,10 +81,20 @@ def test_moves_are_the_minimisers_of_their_programmes() -> None:
         assert x == pytest.approx(answer.x, abs=1e-9)
 
 
-def test_no_move_is_always_allowed() -> None:
-    for _hessian, _constraints, _gradient, low, high, _x in recorded_programmes():
-        assert (low <= 0.0).all()
-        assert (high >= 0.0).all()
+@pytest.mark.parametrize("settings", [{}, HILL, {**HILL, "engine.torque_gain": "0.8"}])
+def test_the_programme_always_has_an_answer(settings: Mapping[str, str]) -> None:
+    recording = bitepoint.run("dct-launch", {"controller": "ddpc", **settings}).recording
+    assert (recording["solver_status"] == 0.0).all()
+
+
+def test_an_engine_that_is_pulled_down_opens_the_clutch() -> None:
+    """Without the limit it would stall: the torque falls while the engine is below its idle speed."""
+    result = bitepoint.run("dct-launch", {"controller": "ddpc", **HILL})
+    assert result.status == "launched"
+    speed, command = result.recording["engine_speed"][::5], result.recording["clutch_torque_command"][::5]
+    low = (speed < 80.0) & (result.recording["launch_phase"][::5] == 1.0)
+    assert low.any()
+    assert (np.diff(command)[low[:-1]] < 0.0).mean() > 0.5
 
 
 @pytest.mark.parametrize("intent", ["slow", "normal", "urgent"])

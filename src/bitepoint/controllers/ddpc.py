@@ -6,8 +6,9 @@ linear difference model, identified from logs or derived from the vehicle, says 
     minimise  sum_i (slip(k+i) - beta^i slip(k))^2 + rho sum_j du(k+j)^2,   i = 1..4,  j = 0..3,   beta = 1 - D1
 
 subject to limits of the clutch torque, of its rate, and of the engine speed. D1 follows from the launch intention.
-Where the engine speed would leave its limits by itself, the limit gives way to what it would be without a move, so that
-no move is always an answer, and the programme always has one.
+Where no moves keep the engine speed within its limits, the limit gives way to what opening the clutch at its fastest
+reaches, so that this is always an answer, and the programme always has one. Over four steps that is little: a heavier
+vehicle on a hill still pulls the engine down.
 
 The model sees the slip of the wheels, engine speed - ratio * wheel speed: that of the driven plate carries the
 oscillation of the shafts, which no model of this order holds.
@@ -141,6 +142,7 @@ class DdpcCommand(Record):
 class DdpcWork(Record):
     """The programme of a step."""
 
+    safest: FloatArray = quantity("N*m", -1e6, 0, "moves that open the clutch as fast as it can", shape=(MOVES,))
     data: Qp4x12Data = nested(Qp4x12Data, "the programme of this step")
     work: Qp4x12Work = nested(Qp4x12Work, "scratch")
     solution: Qp4x12Solution = nested(Qp4x12Solution, "the result")
@@ -184,8 +186,11 @@ def forget(s: DdpcState) -> None:
 def state_programme(p: DdpcParameters, s: DdpcState, w: DdpcWork, decay: float, dt: float) -> None:
     """Write the programme of this step: the slip is to decay by the share `decay` per step."""
     left = s.slip_before
+    torque = s.clutch_torque
     for j in range(MOVES):
         w.data.gradient[j] = 0.0
+        w.safest[j] = -min(p.rate_limit * dt, torque)
+        torque = max(torque + w.safest[j], 0.0)
     for i in range(MOVES):
         slip = s.slip_before
         speed = s.engine_speed_before
@@ -199,8 +204,11 @@ def state_programme(p: DdpcParameters, s: DdpcState, w: DdpcWork, decay: float, 
         w.data.high[i] = p.rate_limit * dt
         w.data.low[MOVES + i] = -s.clutch_torque
         w.data.high[MOVES + i] = p.torque_limit - s.clutch_torque
-        w.data.low[2 * MOVES + i] = min(p.engine.idle_speed - speed, 0.0)
-        w.data.high[2 * MOVES + i] = max(p.engine.speed_limit - speed, 0.0)
+        reached = 0.0
+        for j in range(MOVES):
+            reached += p.matrices.constraints[2 * MOVES + i, j] * w.safest[j]
+        w.data.low[2 * MOVES + i] = min(p.engine.idle_speed - speed, reached)
+        w.data.high[2 * MOVES + i] = max(p.engine.speed_limit - speed, reached)
 
 
 @kernel

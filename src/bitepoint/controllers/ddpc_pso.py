@@ -54,6 +54,7 @@ class Swarm(Record):
 class DdpcPsoWork(Record):
     """The programme of a step, and the swarm that solves it."""
 
+    safest: FloatArray = quantity("N*m", -1e6, 0, "moves that open the clutch as fast as it can", shape=(MOVES,))
     data: Qp4x12Data = nested(Qp4x12Data, "the programme of this step")
     solution: Qp4x12Solution = nested(Qp4x12Solution, "the result")
     swarm: Swarm = nested(Swarm, "the swarm")

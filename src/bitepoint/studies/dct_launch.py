@@ -72,8 +72,8 @@ NOTES = (
     "is from 50 runs over grades, throttles and two masses, with 0.1 rad/s of noise on the speeds. The least AIC is "
     "then at higher orders, but its knee over n_a lies at 2, and (2,1,1) is as good in free run. "
     "The training run is judged by a model of its one vehicle: one of two masses splits the difference between them.",
-    "In the robustness case ddpc, which controls the clutch alone, pulls the engine far below its limit of 83 rad/s. "
-    "launch_mpc shows what is reached with that limit kept.",
+    "In the robustness case ddpc foresees 40 ms: too little to keep the engine above its limit of 83 rad/s, and as it "
+    "opens the clutch again, the vehicle jerks. launch_mpc shows what is reached with that limit kept.",
 )
 
 
