@@ -4,6 +4,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
+# two at once: the tests take most of make check
+PYTEST_ARGS ?= -n 2
+
 PIL_PROGRAMS := arm-none-eabi-gcc qemu-system-arm cppcheck
 
 .PHONY: demo test check lint docs benchmark slow pil warmup clean
