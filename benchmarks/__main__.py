@@ -7,7 +7,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from benchmarks import launches, processes, qp, results, steps, yardstick
+from benchmarks import launches, predictive, processes, qp, results, steps, yardstick
 
 
 def main() -> None:
@@ -27,6 +27,8 @@ def main() -> None:
             figures += measure(compiled)
         _say("measuring: quadratic programmes")
         figures += qp.measure(Path(folder))
+        _say("measuring: predictive controllers")
+        figures += predictive.measure()
         _say("measuring: whole processes")
         figures += processes.measure()
     results.save(figures)
