@@ -28,8 +28,10 @@ from bitepoint.controllers.controller import Controller
 from bitepoint.controllers.engine_speed import (
     EngineSpeedCalibration,
     EngineSpeedState,
+    engine_speed_hand_over,
     engine_speed_reset,
     engine_speed_step,
+    idle_throttle,
 )
 from bitepoint.controllers.launch_phase import DRIVING, PHASES, SLIPPING, WAITING, phase_after
 from bitepoint.controllers.prediction import predict
@@ -41,7 +43,7 @@ from bitepoint.models.launch import DISTURBANCES, INPUTS, OUTPUTS, LaunchModel
 from bitepoint.numerics.qp import qp_solver
 from bitepoint.numerics.qp_records import SOLVED
 from bitepoint.numerics.tables import lookup
-from bitepoint.parts.engine import Engine, engine_torque, throttle_effect, throttle_for
+from bitepoint.parts.engine import Engine, engine_torque, throttle_effect
 from bitepoint.records import Curve, FloatArray, Record, RecordArray, count, curve, nested, quantity
 
 MOVES = 4
@@ -286,9 +288,7 @@ def step(p: DdpcParameters, s: DdpcState, m: DdpcMeasurement, c: DdpcCommand, w:
         torque = clamp(torque, s.clutch_torque - change, s.clutch_torque + change)
         remember_move(s, clamp(torque, 0.0, p.torque_limit))
         if s.phase == DRIVING:
-            change = p.calibration.handover_rate * dt
-            s.engine_speed.throttle = clamp(pedal, s.engine_speed.throttle - change, s.engine_speed.throttle + change)
-            c.throttle = s.engine_speed.throttle
+            c.throttle = engine_speed_hand_over(s.engine_speed, pedal, p.calibration.handover_rate * dt)
         else:
             c.throttle = engine_speed_step(p.calibration.engine_speed, s.engine_speed, target, speed, dt)
         c.clutch_torque_command = s.clutch_torque
@@ -313,10 +313,7 @@ def design_on(vehicle: RecordArray, calibration: RecordArray, model: ArxModel) -
     engine, clutch, launch = vehicle["engine"], vehicle["clutch"], LaunchModel.of(vehicle)
     parameters["calibration"], parameters["engine"] = calibration, engine
     parameters["ratio"] = launch.ratio
-    idle_torque = engine["friction"] * engine["idle_speed"]
-    parameters["idle_throttle"] = throttle_for.run(
-        engine.copy(), idle_torque, engine["idle_speed"].copy(), life="interpreted"
-    )
+    parameters["idle_throttle"] = idle_throttle(engine)
     parameters["torque_limit"], parameters["rate_limit"] = clutch["torque_limit"], clutch["torque_rate_limit"]
     response, free = predict(model, MOVES, DEPTH)
     engine_response, slip_response = response

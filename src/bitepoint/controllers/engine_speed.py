@@ -10,7 +10,9 @@ with the change limited to +- rate_limit Ts, e = target - engine speed.
 from __future__ import annotations
 
 from bitepoint.kernels import clamp, kernel
-from bitepoint.records import Record, quantity
+from bitepoint.parts.engine import throttle_for
+from bitepoint.recording import Floats
+from bitepoint.records import Record, RecordArray, quantity
 
 
 class EngineSpeedCalibration(Record):
@@ -48,3 +50,16 @@ def engine_speed_step(c: EngineSpeedCalibration, s: EngineSpeedState, target: fl
     s.error_before = s.error
     s.error = error
     return s.throttle
+
+
+@kernel
+def engine_speed_hand_over(s: EngineSpeedState, pedal: float, change: float) -> float:
+    """Return the throttle, 0..1, on its way to the pedal, 0..1, by at most `change` in this step."""
+    s.throttle = clamp(pedal, s.throttle - change, s.throttle + change)
+    return s.throttle
+
+
+def idle_throttle(engine: RecordArray) -> Floats:
+    """Return the throttle that holds each engine at its idle speed, clutch open, shape (n,)."""
+    speed = engine["idle_speed"].copy()
+    return throttle_for.run(engine.copy(), engine["friction"] * speed, speed, life="interpreted")

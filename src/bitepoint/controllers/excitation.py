@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 
 from bitepoint.controllers.controller import Controller
+from bitepoint.controllers.engine_speed import idle_throttle
 from bitepoint.kernels import EPSILON, clamp, is_finite, kernel
-from bitepoint.parts.engine import engine_torque, throttle_effect, throttle_for
+from bitepoint.parts.engine import engine_torque, throttle_effect
 from bitepoint.records import Record, RecordArray, count, nested, quantity
 
 WAITING = 0
@@ -205,7 +206,7 @@ def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
     gain = torque**2 / (2.0 * rate * (engine["inertia"] + engine["transient_loss"]))
     parameters["balance_torque"] = np.clip(torque, 0.0, vehicle["clutch"]["torque_limit"])
     parameters["start_speed"] = np.maximum(hold - gain, START_MARGIN * idle)
-    parameters["idle_throttle"] = throttle_for.run(engine, engine["friction"] * idle, idle, life="interpreted")
+    parameters["idle_throttle"] = idle_throttle(engine)
     parameters["torque_limit"] = vehicle["clutch"]["torque_limit"]
     parameters["rate_limit"] = vehicle["clutch"]["torque_rate_limit"]
     return parameters

@@ -19,14 +19,15 @@ from bitepoint.controllers.controller import Controller
 from bitepoint.controllers.engine_speed import (
     EngineSpeedCalibration,
     EngineSpeedState,
+    engine_speed_hand_over,
     engine_speed_reset,
     engine_speed_step,
+    idle_throttle,
 )
 from bitepoint.controllers.launch_phase import DRIVING, PHASES, SLIPPING, WAITING, phase_after
 from bitepoint.files import library_yaml
 from bitepoint.kernels import clamp, is_finite, kernel
 from bitepoint.numerics.tables import lookup
-from bitepoint.parts.engine import throttle_for
 from bitepoint.records import Curve, Record, RecordArray, count, curve, nested, quantity
 
 _PEDAL = ("pedal", "1", 0.0, 1.0)
@@ -155,9 +156,7 @@ def step(p: LaunchPidParameters, s: LaunchPidState, m: LaunchPidMeasurement, c: 
         torque = clamp(torque, s.clutch_torque - change, s.clutch_torque + change)
         s.clutch_torque = clamp(torque, 0.0, p.torque_limit)
         if s.phase == DRIVING:
-            change = p.calibration.handover_rate * dt
-            s.engine_speed.throttle = clamp(pedal, s.engine_speed.throttle - change, s.engine_speed.throttle + change)
-            c.throttle = s.engine_speed.throttle
+            c.throttle = engine_speed_hand_over(s.engine_speed, pedal, p.calibration.handover_rate * dt)
         else:
             c.throttle = engine_speed_step(p.calibration.engine_speed, s.engine_speed, target, m.engine_speed, dt)
         c.clutch_torque_command = s.clutch_torque
@@ -172,10 +171,7 @@ def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
     engine = vehicle["engine"]
     parameters["calibration"] = calibration
     parameters["idle_speed"] = engine["idle_speed"]
-    idle_torque = engine["friction"] * engine["idle_speed"]
-    parameters["idle_throttle"] = throttle_for.run(
-        engine.copy(), idle_torque, engine["idle_speed"].copy(), life="interpreted"
-    )
+    parameters["idle_throttle"] = idle_throttle(engine)
     parameters["torque_limit"] = vehicle["clutch"]["torque_limit"]
     parameters["rate_limit"] = vehicle["clutch"]["torque_rate_limit"]
     return parameters

@@ -180,7 +180,7 @@ def _random_vehicles() -> Iterator[Row]:
 def _compared(case: str, result: Result, published: tuple[float, float, float]) -> Iterator[Row]:
     for (name, (unit, tolerance)), value in zip(FIGURES.items(), published, strict=True):
         yield Row(case, name, value, result.metrics[name].value, unit, tolerance)
-    yield from _beside(case, result, *(), figures={"jerk_peak_settled": "m/s^3"})
+    yield from _beside(case, result, figures={"jerk_peak_settled": "m/s^3"})
 
 
 def _beside(case: str, result: Result, *more: str, figures: Mapping[str, str] | None = None) -> Iterator[Row]:

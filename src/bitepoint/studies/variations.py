@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bitepoint.api import run_batch
+from bitepoint.assembly import CONTROLLERS
 from bitepoint.recording import Floats
 
 RANGES: Mapping[str, tuple[float, float]] = {
@@ -85,7 +86,5 @@ def vary(
 
 
 def _seen(settings: Mapping[str, Any]) -> list[str]:
-    from bitepoint.assembly import CONTROLLERS
-
     measured = CONTROLLERS[str(settings["controller"])].measurement.fields
     return [signal for signal in SPEEDS if signal in measured]

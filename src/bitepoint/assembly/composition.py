@@ -1,75 +1,43 @@
-"""Putting a vehicle, a controller and a manoeuvre together by name: the one room that knows the concrete ones."""
+"""Putting a vehicle, a controller and a manoeuvre together by name, with settings applied."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from bitepoint.controllers import ddpc, ddpc_pso, excitation, launch_intent, launch_mpc, launch_pid, none
+from bitepoint.assembly.bound import bound_wanted
+from bitepoint.assembly.catalogue import CONTROLLERS, PEDAL, PLANTS
+from bitepoint.assembly.settings import SET, Settings
+from bitepoint.controllers import launch_intent
 from bitepoint.controllers.controller import Controller
 from bitepoint.errors import InputError, brief
-from bitepoint.kernels import Kernel
-from bitepoint.metrics import FAMILIES, Metric, Metrics
+from bitepoint.metrics import FAMILIES
 from bitepoint.models.arx import ArxModel
-from bitepoint.models.launch_vehicle import LaunchVehicle
-from bitepoint.numerics.filters import butterworth_forward_backward
-from bitepoint.planning.bounds import least_friction_work
-from bitepoint.planning.bounds_program import load_casadi
-from bitepoint.plants import dct
 from bitepoint.plants.plant import Plant
 from bitepoint.recording import Channel
-from bitepoint.records import Field, Record, RecordArray
+from bitepoint.records import Record, RecordArray
 from bitepoint.scenarios import LogSettings, PedalLog, Scenario, Timing, load_scenario, read_pedal_log
-from bitepoint.simulation.loop import MOST_RULES, run_lane
+from bitepoint.simulation.loop import MOST_RULES
 from bitepoint.simulation.system import Imperfections, Part, Profile, StopRule, System
 from bitepoint.units import UnitError, parse
 from bitepoint.vehicles import Vehicle, load_vehicle
 
-PLANTS: Mapping[str, Plant] = {plant.name: plant for plant in (dct.PLANT,)}
-"""All plants, by name."""
-
-CONTROLLERS: Mapping[str, Controller] = {
-    module.CONTROLLER.name: module.CONTROLLER for module in (none, launch_pid, ddpc, ddpc_pso, launch_mpc, excitation)
-}
-"""All controllers, by name."""
-
-PEDAL = Channel("pedal", "1", "accelerator pedal, 0 released, 1 fully pressed")
-"""The signal that every scenario gives."""
-
 Lanes = Mapping[str, Sequence[Any] | npt.NDArray[Any]]
 """Dotted keys with one value per lane each."""
 
-SET = "--set"
-"""What errors name as the place of a setting."""
-
 OVER = "over"
 """What errors name as the place of a value that differs between lanes."""
-
-LEAST_WORK = 1.0
-"""Least friction work, J, that a ratio is formed with: downhill, a launch can do without any."""
 
 _IMPERFECTIONS = ("lag", "delay", "noise")
 _CHOICES = ("calibration", "model", "intention")
 """Keys of the group controller that are no numbers of its calibration."""
 
 _PEDAL_KEYS = ("column", "unit", "rest", "full", "start", "end")
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What a user changes, sorted by whom it concerns."""
-
-    choices: dict[str, Any] = field(default_factory=dict[str, Any])
-    groups: dict[str, dict[str, Any]] = field(default_factory=dict[str, dict[str, Any]])
-
-    def group(self, name: str) -> dict[str, Any]:
-        """Return the settings `name.*`, without the prefix."""
-        return self.groups.get(name, {})
 
 
 @dataclass(frozen=True)
@@ -132,7 +100,7 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
     log = None if manoeuvre.log is None else manoeuvre.log.copy()
     if log is not None:
         _apply(LogSettings, log, chosen.group("log"), "log.")
-    bound = _bound_wanted(chosen, over is not None)
+    bound = bound_wanted(chosen, over is not None)
     return Assembly(manoeuvre, vehicle, plant, controller, system, lanes, bound, about, log)
 
 
@@ -373,64 +341,3 @@ def _imperfections(plant: Plant, controller: Controller, settings: Settings) -> 
                 raise InputError(SET, f"{kind}.{name}: got {value}", "expected 0 or more")
             values[kind][name] = number
     return Imperfections(**values)
-
-
-def _bound_wanted(settings: Settings, batch: bool) -> bool:
-    """Return whether `report.bound` is set; then refuse a batch, and an installation that cannot compute bounds."""
-    report = settings.group("report")
-    for key in report:
-        if key != "bound":
-            raise InputError(SET, f"report.{key}: unknown key", "expected report.bound")
-    wanted = {"true": True, "false": False}.get(str(report.get("bound", False)).lower())
-    if wanted is None:
-        raise InputError(SET, f"report.bound: got {brief(report['bound'])}", "expected true or false")
-    if wanted and batch:
-        raise InputError(SET, "report.bound: in a batch", "expected a single run")
-    if wanted:
-        load_casadi()
-    return wanted
-
-
-def bound_ratio(parameters: RecordArray, status: str, metrics: Metrics) -> Metric:
-    """Return the friction work over the least one at the run's own launch time, end speed and jerk.
-
-    Args:
-        parameters: of the plant, one record, as the run had them.
-        status: of the run; metrics: figures of a launch.
-    """
-    time, work, speed, jerk = (
-        metrics[name].value for name in ("launch_time", "friction_work", "end_speed", "jerk_peak")
-    )
-    if status != "launched" or time is None or work is None or speed is None or jerk is None:
-        return Metric(None, "1", "not launched")
-    bound = least_friction_work(LaunchVehicle.of(parameters), time, speed, jerk)
-    if not bound.optimal:
-        return Metric(None, "1", f"{bound.status}: {bound.reason}")
-    if bound.friction_work < LEAST_WORK:
-        return Metric(None, "1", f"the least friction work is {bound.friction_work:.1f} J")
-    return Metric(work / bound.friction_work, "1")
-
-
-def signals() -> list[Channel]:
-    """Return every signal that plants and controllers show, each once."""
-    records = [plant.outputs for plant in PLANTS.values()]
-    records += [controller.command for controller in (*CONTROLLERS.values(), launch_intent.CONTROLLER)]
-    found = {f.name: Channel(f.name, f.unit, f.meaning) for record in records for f in record.fields.values()}
-    return [PEDAL, *found.values()]
-
-
-def keys() -> Iterator[tuple[str, Field]]:
-    """Yield every dotted key that `--set` takes for a number or a curve, with what is declared of it."""
-    for plant in PLANTS.values():
-        yield from plant.parameters.table()
-    for controller in CONTROLLERS.values():
-        yield from controller.calibration.table("controller.")
-    yield from Timing.table("timing.")
-    yield from LogSettings.table("log.")
-
-
-def all_kernels() -> list[Kernel[..., Any]]:
-    """Return every kernel that is compiled for itself: those of all parts, the loop and the filters."""
-    parts = [*PLANTS.values(), *CONTROLLERS.values()]
-    kernels: list[Kernel[..., Any]] = [kernel for part in parts for kernel in (part.init, part.step)]
-    return [*kernels, run_lane, butterworth_forward_backward]

@@ -1,0 +1,53 @@
+"""What there is: all plants and controllers by name, and their signals, keys and kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from bitepoint.controllers import ddpc, ddpc_pso, excitation, launch_intent, launch_mpc, launch_pid, none
+from bitepoint.controllers.controller import Controller
+from bitepoint.kernels import Kernel
+from bitepoint.numerics.filters import butterworth_forward_backward
+from bitepoint.plants import dct
+from bitepoint.plants.plant import Plant
+from bitepoint.recording import Channel
+from bitepoint.records import Field
+from bitepoint.scenarios import LogSettings, Timing
+from bitepoint.simulation.loop import run_lane
+
+PLANTS: Mapping[str, Plant] = {plant.name: plant for plant in (dct.PLANT,)}
+"""All plants, by name."""
+
+CONTROLLERS: Mapping[str, Controller] = {
+    module.CONTROLLER.name: module.CONTROLLER for module in (none, launch_pid, ddpc, ddpc_pso, launch_mpc, excitation)
+}
+"""All controllers, by name."""
+
+PEDAL = Channel("pedal", "1", "accelerator pedal, 0 released, 1 fully pressed")
+"""The signal that every scenario gives."""
+
+
+def signals() -> list[Channel]:
+    """Return every signal that plants and controllers show, each once."""
+    records = [plant.outputs for plant in PLANTS.values()]
+    records += [controller.command for controller in (*CONTROLLERS.values(), launch_intent.CONTROLLER)]
+    found = {f.name: Channel(f.name, f.unit, f.meaning) for record in records for f in record.fields.values()}
+    return [PEDAL, *found.values()]
+
+
+def keys() -> Iterator[tuple[str, Field]]:
+    """Yield every dotted key that `--set` takes for a number or a curve, with what is declared of it."""
+    for plant in PLANTS.values():
+        yield from plant.parameters.table()
+    for controller in CONTROLLERS.values():
+        yield from controller.calibration.table("controller.")
+    yield from Timing.table("timing.")
+    yield from LogSettings.table("log.")
+
+
+def all_kernels() -> list[Kernel[..., Any]]:
+    """Return every kernel that is compiled for itself: those of all parts, the loop and the filters."""
+    parts = [*PLANTS.values(), *CONTROLLERS.values()]
+    kernels: list[Kernel[..., Any]] = [kernel for part in parts for kernel in (part.init, part.step)]
+    return [*kernels, run_lane, butterworth_forward_backward]
