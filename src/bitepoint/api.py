@@ -22,7 +22,7 @@ from bitepoint.errors import InputError, brief
 from bitepoint.identification.identify import Identified, Options, identify_launch
 from bitepoint.identification.logs import LEAST_ROWS, slip_log
 from bitepoint.kernels import Life
-from bitepoint.metrics import FAMILIES, Metric, Metrics, excitation_set
+from bitepoint.metrics import Metric, Metrics, excitation_set
 from bitepoint.parts.gears import overall_ratio
 from bitepoint.recording import Floats, Recording
 from bitepoint.scenarios import load_scenario
@@ -192,7 +192,7 @@ def run(
         over = manoeuvre.runs.lanes(chosen, own, seed)
         return _logged(assemble(scenario, chosen, over), over, seed, life)
     assembly = assemble(scenario, chosen)
-    lane = Simulation(assembly.system, life=life).run(FAMILIES[assembly.scenario.metrics], seed=seed)[0]
+    lane = Simulation(assembly.system, life=life).run(assembly.figures, seed=seed)[0]
     return _result(assembly, lane, seed)
 
 
@@ -228,7 +228,7 @@ def run_batch(
     for lane in record:
         if not 0 <= lane < assembly.lanes:
             raise InputError("record", f"got lane {lane}", f"expected lanes of 0..{assembly.lanes - 1}")
-    family = FAMILIES[assembly.scenario.metrics]
+    family = assembly.figures
     units: dict[str, str] = {}
 
     def figures(recording: Recording) -> Floats:
@@ -255,7 +255,7 @@ def _logged(assembly: Assembly, over: Lanes, seed: int, life: Life) -> Result:
         mend = f"expected a multiple of the tick, {assembly.system.tick:g} s"
         raise InputError("log.period", f"got {period:g} s", mend)
     lanes = range(assembly.lanes)
-    family = FAMILIES[assembly.scenario.metrics]
+    family = assembly.figures
     done = Simulation(assembly.system, life=life).run(family, lanes=assembly.lanes, record=lanes, seed=seed)
     ratios = overall_ratio.run(np.ascontiguousarray(assembly.system.plant.parameters["gearbox"]), life="interpreted")
     logs: dict[str, Recording] = {}

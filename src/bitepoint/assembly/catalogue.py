@@ -22,7 +22,16 @@ PLANTS: Mapping[str, Plant] = {plant.name: plant for plant in (dct.PLANT,)}
 CONTROLLERS: Mapping[str, Controller] = {
     module.CONTROLLER.name: module.CONTROLLER for module in (none, launch_pid, ddpc, ddpc_pso, launch_mpc, excitation)
 }
-"""All controllers, by name."""
+"""All controllers, by key: the name, and the plant behind it where another plant has a controller of that name."""
+
+SUPERVISORS: Mapping[str, Controller] = {}
+"""Parts between driver and controller, by name."""
+
+
+def controllers_for(plant: str) -> dict[str, Controller]:
+    """Return the controllers that can drive a plant, by the name that a scenario gives them."""
+    return {each.name: each for each in CONTROLLERS.values() if plant in each.plants}
+
 
 PEDAL = Channel("pedal", "1", "accelerator pedal, 0 released, 1 fully pressed")
 """The signal that every scenario gives."""

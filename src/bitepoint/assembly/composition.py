@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from bitepoint.assembly.bound import bound_wanted
-from bitepoint.assembly.catalogue import CONTROLLERS, PEDAL, PLANTS
-from bitepoint.assembly.settings import SET, Settings
+from bitepoint.assembly.catalogue import CONTROLLERS, PEDAL, PLANTS, SUPERVISORS, controllers_for
+from bitepoint.assembly.profiles import given_profiles
+from bitepoint.assembly.settings import SET, Settings, number
 from bitepoint.controllers import launch_intent
 from bitepoint.controllers.controller import Controller
 from bitepoint.errors import InputError, brief
-from bitepoint.metrics import FAMILIES
+from bitepoint.metrics import FAMILIES, Metrics
 from bitepoint.models.arx import ArxModel
 from bitepoint.plants.plant import Plant
-from bitepoint.recording import Channel
+from bitepoint.recording import Channel, Recording
 from bitepoint.records import Record, RecordArray
-from bitepoint.scenarios import LogSettings, PedalLog, Scenario, Timing, load_scenario, read_pedal_log
+from bitepoint.scenarios import LogSettings, Scenario, Timing, load_scenario
 from bitepoint.simulation.loop import MOST_RULES
 from bitepoint.simulation.system import Imperfections, Part, Profile, StopRule, System
 from bitepoint.units import UnitError, parse
@@ -37,18 +37,17 @@ _IMPERFECTIONS = ("lag", "delay", "noise")
 _CHOICES = ("calibration", "model", "intention")
 """Keys of the group controller that are no numbers of its calibration."""
 
-_PEDAL_KEYS = ("column", "unit", "rest", "full", "start", "end")
-
 
 @dataclass(frozen=True)
 class Assembly:
-    """A scenario put together: parts, loop, how its runs are logged, and whether its bound is asked for."""
+    """A scenario put together: parts, loop, figures, how its runs are logged, and whether its bound is asked for."""
 
     scenario: Scenario
     vehicle: Vehicle
     plant: Plant
     controller: Controller
     system: System
+    figures: Callable[[Recording], Metrics]
     lanes: int
     bound: bool
     about: Mapping[str, str]
@@ -82,18 +81,23 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
     calibration = _calibration(controller, chosen.group("controller"), lane_groups.get("controller", {}), lanes)
     timing = manoeuvre.timing.copy()
     _apply(Timing, timing, chosen.group("timing"), "timing.")
-    profile = _pedal(manoeuvre, chosen)
+    supervisors = _supervisors(manoeuvre, plant)
+    controllers = [*supervisors, controller]
+    profiles = list(given_profiles(manoeuvre, chosen, [plant.inputs, *(each.measurement for each in controllers)]))
     if "pedal" in chosen.choices and "duration" not in chosen.group("timing"):
-        timing["duration"] = max(timing["duration"][0], profile.time[-1])
-    advisers, advised = _intention(controller, nominal, chosen)
+        timing["duration"] = max(timing["duration"][0], profiles[0].time[-1])
+    beside, constant = _intention(controller, nominal, chosen)
+    before = [_supervisor_part(each, nominal, chosen) for each in supervisors]
+    main = _controller_part(controller, _designed(controller, nominal, calibration, chosen))
     system = System(
         plant=_plant_part(plant, parameters, float(timing["tick"][0])),
-        controllers=[*advisers, _controller_part(controller, _designed(controller, nominal, calibration, chosen))],
-        profiles=[profile, *advised],
+        controllers=[*before, *beside, main],
+        profiles=[*profiles, *constant],
         rules=list(_rules(manoeuvre, plant)),
-        imperfections=_imperfections(plant, controller, chosen),
+        imperfections=_imperfections(plant, controllers, chosen),
         duration=float(timing["duration"][0]),
         tick=float(timing["tick"][0]),
+        at_end=manoeuvre.at_end,
     )
     about = {"scenario": manoeuvre.name, "vehicle": vehicle.name, "controller": controller.name}
     about |= {f"set.{key}": str(value) for key, value in settings.items()}
@@ -101,7 +105,18 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
     if log is not None:
         _apply(LogSettings, log, chosen.group("log"), "log.")
     bound = bound_wanted(chosen, over is not None)
-    return Assembly(manoeuvre, vehicle, plant, controller, system, lanes, bound, about, log)
+    figures = FAMILIES[manoeuvre.metrics].measure(_weights(manoeuvre, chosen))
+    return Assembly(manoeuvre, vehicle, plant, controller, system, figures, lanes, bound, about, log)
+
+
+def _weights(scenario: Scenario, settings: Settings) -> RecordArray | None:
+    """Return the settings of the figures of the scenario; None where they have none."""
+    record = FAMILIES[scenario.metrics].settings
+    if record is None:
+        return None
+    weights = record.parse({}, scenario.where)
+    _apply(record, weights, settings.group("cost"), "cost.")
+    return weights
 
 
 def _sort(settings: Mapping[str, Any]) -> Settings:
@@ -117,8 +132,11 @@ def _sort(settings: Mapping[str, Any]) -> Settings:
 
 def _refuse_unknown(settings: Settings, plant: Plant, scenario: Scenario) -> None:
     choices = ("intent", "controller", "vehicle", "pedal")
-    groups = (*plant.parameters.fields, "controller", "pedal", "timing", "report", *_IMPERFECTIONS)
+    groups = (*plant.parameters.fields, "controller", "timing", "report", *_IMPERFECTIONS)
+    groups += ("pedal",) if scenario.signal == PEDAL.name else ()
     groups += () if scenario.log is None else ("log",)
+    groups += () if FAMILIES[scenario.metrics].settings is None else ("cost",)
+    groups += tuple(scenario.supervisors)
     for key in settings.choices:
         if key in groups and key not in choices:
             raise InputError(SET, f"{key}: a group of keys", f"name one of its keys, as in {key}.KEY=VALUE")
@@ -141,10 +159,24 @@ def _plant(vehicle: Vehicle, scenario: Scenario) -> Plant:
 
 
 def _controller(name: str, plant: Plant) -> Controller:
-    fitting = [controller.name for controller in CONTROLLERS.values() if plant.name in controller.plants]
+    fitting = controllers_for(plant.name)
     if name not in fitting:
         raise InputError("controller", f"got {name}", f"expected one of {', '.join(fitting)}")
-    return CONTROLLERS[name]
+    return fitting[name]
+
+
+def _supervisors(scenario: Scenario, plant: Plant) -> list[Controller]:
+    fitting = {name: each for name, each in SUPERVISORS.items() if plant.name in each.plants}
+    for name in scenario.supervisors:
+        if name not in fitting:
+            mend = f"expected some of {', '.join(fitting)}" if fitting else f"plant {plant.name} has none"
+            raise InputError(scenario.where, f"supervisors: got {name}", mend)
+    return [fitting[name] for name in scenario.supervisors]
+
+
+def _supervisor_part(supervisor: Controller, vehicle: RecordArray, settings: Settings) -> Part:
+    calibration = _calibration(supervisor, settings.group(supervisor.name), {}, 1, supervisor.name)
+    return _controller_part(supervisor, supervisor.design(vehicle, calibration))
 
 
 def _lanes(over: Lanes) -> tuple[int, dict[str, dict[str, Sequence[Any] | npt.NDArray[Any]]]]:
@@ -164,10 +196,13 @@ def _lanes(over: Lanes) -> tuple[int, dict[str, dict[str, Sequence[Any] | npt.ND
 
 
 def _nominal(plant: Plant, vehicle: Vehicle, scenario: Scenario) -> RecordArray:
-    road = plant.parameters.fields["road"].record
-    assert road is not None
-    road.parse(scenario.road, scenario.where, "road")  # so that its errors name the scenario
-    return plant.parameters.parse({**vehicle.blocks, "road": scenario.road}, vehicle.where)
+    blocks = {"road": scenario.road} | ({"start": scenario.start} if scenario.start else {})
+    for name, block in blocks.items():  # so that errors in them name the scenario
+        declared = plant.parameters.fields.get(name)
+        if declared is None or declared.record is None:
+            raise InputError(scenario.where, f"{name}: unknown to plant {plant.name}", "leave it out")
+        declared.record.parse(block, scenario.where, name)
+    return plant.parameters.parse({**vehicle.blocks, **blocks}, vehicle.where)
 
 
 def _apply(
@@ -200,16 +235,18 @@ def _varied(
     return parameters
 
 
-def _calibration(controller: Controller, settings: Mapping[str, Any], over: Lanes, lanes: int) -> RecordArray:
+def _calibration(
+    controller: Controller, settings: Mapping[str, Any], over: Lanes, lanes: int, group: str = "controller"
+) -> RecordArray:
     shipped = controller.calibrations()
     name = str(settings.get("calibration", controller.default_calibration))
     if name not in shipped:
         mend = f"expected one of {', '.join(shipped)}"
-        raise InputError(SET, f"controller.calibration: {controller.name} has no {name}", mend)
+        raise InputError(SET, f"{group}.calibration: {controller.name} has no {name}", mend)
     values = {key: value for key, value in shipped[name].items() if key != "source"}
     calibration = controller.calibration.parse(values, f"calibration {name} of {controller.name}")
     changes = {key: value for key, value in settings.items() if key not in _CHOICES}
-    _apply(controller.calibration, calibration, changes, "controller.")
+    _apply(controller.calibration, calibration, changes, f"{group}.")
     if over:
         calibration = np.repeat(calibration, lanes)
         if "calibration" in over:
@@ -268,76 +305,37 @@ def _controller_part(controller: Controller, parameters: RecordArray) -> Part:
     )  # fmt: skip
 
 
-def _pedal(scenario: Scenario, settings: Settings) -> Profile:
-    if "pedal" in settings.choices:
-        if "intent" in settings.choices:
-            raise InputError(SET, "intent: given with pedal=FILE", "leave one of them out")
-        time, pedal = read_pedal_log(_pedal_log(str(settings.choices["pedal"]), settings.group("pedal")))
-        return Profile(PEDAL, time, pedal)
-    if settings.group("pedal"):
-        raise InputError(SET, f"pedal.{next(iter(settings.group('pedal')))}: no log", "add --set pedal=FILE")
-    intent = str(settings.choices.get("intent", scenario.intent))
-    if intent not in scenario.intents:
-        raise InputError("intent", f"got {intent}", f"expected one of {', '.join(scenario.intents)}")
-    times, values = scenario.intents[intent]
-    return Profile(PEDAL, np.array(times, float), np.array(values, float))
-
-
-def _pedal_log(file: str, settings: Mapping[str, Any]) -> PedalLog:
-    for key in settings:
-        if key not in _PEDAL_KEYS:
-            raise InputError(SET, f"pedal.{key}: unknown key", f"expected one of {', '.join(_PEDAL_KEYS)}")
-    if "column" not in settings:
-        raise InputError(SET, "pedal.column: missing", f"name the pedal column of {file}")
-    numbers = {key: _number(f"pedal.{key}", settings[key], "percent") for key in ("rest", "full") if key in settings}
-    numbers |= {key: _number(f"pedal.{key}", settings[key], "s") for key in ("start", "end") if key in settings}
-    unit = settings.get("unit")
-    if unit not in (None, "percent", "ratio"):
-        raise InputError(SET, f"pedal.unit: got {brief(unit)}", "expected percent or ratio")
-    ratio = None if unit is None else unit == "ratio"
-    return PedalLog(Path(file), str(settings["column"]), **numbers, ratio=ratio)
-
-
-def _number(key: str, value: object, unit: str) -> float:
-    try:
-        number = parse(value, unit)
-    except UnitError as error:
-        raise InputError(SET, f"{key}: {error}", f"expected a number in {unit}") from None
-    if not np.isfinite(number):
-        raise InputError(SET, f"{key}: got {value}", f"expected a finite number in {unit}")
-    return number
-
-
 def _rules(scenario: Scenario, plant: Plant) -> Iterator[StopRule]:
     if len(scenario.rules) > MOST_RULES:
         raise InputError(scenario.where, f"stop: got {len(scenario.rules)} rules", f"expected at most {MOST_RULES}")
-    for number, rule in enumerate(scenario.rules):
+    for place, rule in enumerate(scenario.rules):
         signal = plant.outputs.fields.get(str(rule["signal"]))
         if signal is None:
             mend = f"expected one of {', '.join(plant.outputs.fields)}"
-            raise InputError(scenario.where, f"stop[{number}].signal: got {rule['signal']}", mend)
+            raise InputError(scenario.where, f"stop[{place}].signal: got {rule['signal']}", mend)
         side = "above" if "above" in rule else "below"
         try:
             limit = parse(rule[side], signal.unit)
         except UnitError as error:
-            raise InputError(scenario.where, f"stop[{number}].{side}: {error}", signal.expected()) from None
+            raise InputError(scenario.where, f"stop[{place}].{side}: {error}", signal.expected()) from None
         if not np.isfinite(limit):
-            raise InputError(scenario.where, f"stop[{number}].{side}: got {rule[side]}", signal.expected())
+            raise InputError(scenario.where, f"stop[{place}].{side}: got {rule[side]}", signal.expected())
         reason = str(rule.get("reason", f"{signal.name} went {side} {rule[side]}"))
         yield StopRule(str(rule["status"]), reason, signal.name, side == "above", limit, float(rule["hold"]))
 
 
-def _imperfections(plant: Plant, controller: Controller, settings: Settings) -> Imperfections:
+def _imperfections(plant: Plant, controllers: Sequence[Controller], settings: Settings) -> Imperfections:
+    measured = {name: field for each in controllers for name, field in each.measurement.fields.items()}
     values: dict[str, dict[str, float]] = {}
     for kind in _IMPERFECTIONS:
         values[kind] = {}
         for name, value in settings.group(kind).items():
-            record = plant.inputs if kind == "lag" else controller.measurement
-            signal = record.fields.get(name)
+            known = plant.inputs.fields if kind == "lag" else measured
+            signal = known.get(name)
             if signal is None:
-                raise InputError(SET, f"{kind}.{name}: unknown signal", f"expected one of {', '.join(record.fields)}")
-            number = _number(f"{kind}.{name}", value, signal.unit if kind == "noise" else "s")
-            if number < 0.0:
+                raise InputError(SET, f"{kind}.{name}: unknown signal", f"expected one of {', '.join(known)}")
+            found = number(f"{kind}.{name}", value, signal.unit if kind == "noise" else "s")
+            if found < 0.0:
                 raise InputError(SET, f"{kind}.{name}: got {value}", "expected 0 or more")
-            values[kind][name] = number
+            values[kind][name] = found
     return Imperfections(**values)

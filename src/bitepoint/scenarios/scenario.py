@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, cast
 
 from bitepoint.errors import InputError, brief
@@ -20,10 +20,35 @@ class Timing(Record):
     tick: float = quantity("s", 1e-5, 0.1, "step of the plant and raster of the recording", default=0.002)
 
 
+_TIME = ("time", "s", 0.0, 1e6)
+
+
 class PedalTrace(Record):
     """A pedal over time."""
 
-    trace: Curve = curve(("time", "s", 0, 1e6), ("pedal", "1", 0, 1), "pedal over time, constant beyond its ends")
+    trace: Curve = curve(_TIME, ("pedal", "1", 0, 1), "pedal over time, constant beyond its ends")
+
+
+class TorqueTrace(Record):
+    """What the driver asks for at the input of the gearbox, over time."""
+
+    trace: Curve = curve(_TIME, ("torque_request", "N*m", -5000, 5000), "torque over time, constant beyond its ends")
+
+
+class SpeedTrace(Record):
+    """A speed to follow over time."""
+
+    trace: Curve = curve(_TIME, ("speed_target", "m/s", 0, 100), "speed over time, constant beyond its ends")
+
+
+TRACES: Mapping[str, type[Record]] = {
+    record.fields["trace"].axes[1].name: record for record in (PedalTrace, TorqueTrace, SpeedTrace)
+}
+"""What the driver does, by the name of the signal: one of them in each scenario."""
+
+
+TIMED_OUT = "timed out"
+"""Status of a run that no stop rule ended, where the scenario expects one to."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +56,11 @@ class Scenario:
     """A scenario file, read and checked, except for the blocks that its plant has to know.
 
     Attributes:
-        intents: pedal trace by intent, each (time s, pedal 0..1).
-        road: block for the plant; rules: stop rules, their limits still to be read in the signal's unit.
+        signal: what the driver does, a name of TRACES; intents: its trace by intent, each (time s, value in SI).
+        given: further signals, which stay as they are: name -> value, still to be read in the signal's unit.
+        supervisors: names of the parts that stand between driver and controller.
+        road, start: blocks for the plant; rules: stop rules, their limits still to be read in the signal's unit.
+        at_end: status of a run that no rule ended.
         runs, log: what differs between its runs, and how they are logged; None for a scenario of one run.
     """
 
@@ -50,12 +78,21 @@ class Scenario:
     rules: Sequence[Mapping[str, Any]]
     runs: Runs | None = None
     log: RecordArray | None = None
+    signal: str = "pedal"
+    given: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    supervisors: Sequence[str] = ()
+    start: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    at_end: str = TIMED_OUT
 
 
 LONGEST_HOLD = 100_000.0
 
 _TEXTS = ("plant", "vehicle", "controller", "metrics", "intent")
-_KEYS = ("meaning", *_TEXTS, "intents", "road", "timing", "stop", "runs", "log")
+_OPTIONAL = {"meaning": "", "signal": "pedal", "at_end": TIMED_OUT}
+_KEYS = (
+    "meaning", *_TEXTS, "intents", "signal", "given", "supervisors", "road", "start", "timing", "stop", "at_end", "runs",
+    "log",
+)  # fmt: skip
 _RULE_KEYS = {"status", "signal", "above", "below", "hold", "reason"}
 
 
@@ -80,22 +117,25 @@ def load_scenario(name: str) -> Scenario:
         if key not in data:
             raise InputError(where, f"{key}: missing", "see the library scenario dct-launch for an example")
     texts = {key: _text(data[key], where, key) for key in _TEXTS}
-    intents = {
-        str(key): _trace(value, where, f"intents.{key}") for key, value in _block(data, "intents", where).items()
-    }
+    texts |= {key: _text(data.get(key, default), where, key) for key, default in _OPTIONAL.items()}
+    if texts["signal"] not in TRACES:
+        raise InputError(where, f"signal: got {texts['signal']}", f"expected one of {', '.join(TRACES)}")
+    traces = _block(data, "intents", where)
+    intents = {str(key): _trace(value, texts["signal"], where, f"intents.{key}") for key, value in traces.items()}
     if texts["intent"] not in intents:
         raise InputError(where, f"intent: got {texts['intent']}", f"expected one of {', '.join(intents)}")
     timing = Timing.parse(data.get("timing", {}), where, "timing")
-    road = _block({"road": {}, **data}, "road", where)
-    meaning = str(data.get("meaning", ""))
+    road, start, given = (_block({key: {}, **data}, key, where) for key in ("road", "start", "given"))
     rules = _rules(data["stop"], where)
     runs = parse_runs(data["runs"], where) if "runs" in data else None
     if "log" in data and runs is None:
         raise InputError(where, "log: without runs", "add the block runs, or leave log out")
     log = None if runs is None else LogSettings.parse(data.get("log", {}), where, "log")
+    supervisors = _names(data.get("supervisors", []), where, "supervisors")
     return Scenario(
-        path.stem, where, meaning, **texts, intents=intents, road=road, timing=timing, rules=rules, runs=runs, log=log
-    )
+        path.stem, where, **texts, intents=intents, road=road, start=start, given=given, timing=timing, rules=rules,
+        runs=runs, log=log, supervisors=supervisors,
+    )  # fmt: skip
 
 
 def _text(value: object, where: str, key: str) -> str:
@@ -111,9 +151,15 @@ def _block(data: Mapping[str, Any], key: str, where: str) -> Mapping[str, Any]:
     return cast("Mapping[str, Any]", value)
 
 
-def _trace(value: object, where: str, key: str) -> tuple[Sequence[float], Sequence[float]]:
+def _names(value: object, where: str, key: str) -> Sequence[str]:
+    if not isinstance(value, list):
+        raise InputError(where, f"{key}: got {brief(value)}", "expected a list of names")
+    return [_text(item, where, key) for item in cast("list[object]", value)]
+
+
+def _trace(value: object, signal: str, where: str, key: str) -> tuple[Sequence[float], Sequence[float]]:
     try:
-        trace = PedalTrace.parse({"trace": value}, where, "")["trace"][0]
+        trace = TRACES[signal].parse({"trace": value}, where, "")["trace"][0]
     except InputError as error:
         raise InputError(where, error.problem.replace("trace", key, 1), error.mend) from None
     points = int(trace["points"])

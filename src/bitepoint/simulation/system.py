@@ -97,8 +97,9 @@ class System:
 
     Attributes:
         plant: steps every tick; controllers: step at their own periods, multiples of the tick, before the plant.
-        duration: time after which a run has timed out, s.
+        duration: time after which a run ends, s.
         tick: step of the plant and raster of the recording, s.
+        at_end: status of a run that no rule ended.
     """
 
     plant: Part
@@ -108,6 +109,7 @@ class System:
     imperfections: Imperfections
     duration: float
     tick: float
+    at_end: str = "timed out"
 
     @property
     def parts(self) -> list[Part]:
