@@ -13,12 +13,15 @@ from hypothesis import strategies as st
 
 from bitepoint.records import (
     CURVE_POINTS,
+    MAP_POINTS,
     Curve,
     Field,
     FloatArray,
     IntArray,
+    Map,
     Record,
     RecordElements,
+    characteristic_map,
     count,
     curve,
     nested,
@@ -55,6 +58,7 @@ class Car(Record):
     speeds: FloatArray = quantity("rad/s", 0, 1000, "speeds", shape=(3,))
     ratios: FloatArray = quantity("1", 0, 50, "gear ratios", shape=(4,), padded=True)
     full_load: Curve = curve(("speed", "rad/s", 0, 1200), _TORQUE, "full-load torque")
+    fuel: Map = characteristic_map(("speed", "rad/s", 0, 1200), _TORQUE, ("flow", "kg/s", 0, 0.1), "fuel flow")
     shaft: Shaft = nested(Shaft, "the shaft")
     extras: Extras = nested(Extras, "what can be left out")
 
@@ -76,6 +80,11 @@ GOOD: dict[str, Any] = {
     "speeds": {"unit": "rpm", "values": [60, 120, "10 rad/s"]},
     "ratios": [3.2, 1.7],
     "full_load": {"speed": {"unit": "rpm", "values": [0, 60, 120]}, "torque": [-1, "0.1 kN*m", 2.5]},
+    "fuel": {
+        "speed": {"unit": "rpm", "values": [60, 120, 180]},
+        "torque": [-50, "0.9 kN*m"],
+        "flow": {"unit": "g/s", "values": [[0, 10], ["0.02 kg/s", 30], [40, 50]]},
+    },
     "shaft": {"stiffness": 4000},
 }
 
@@ -114,6 +123,19 @@ def test_a_curve_keeps_its_points_and_repeats_the_last() -> None:
     assert load["points"] == 3
     assert load["x"] == pytest.approx([0.0, 2 * math.pi] + [4 * math.pi] * (CURVE_POINTS - 2), rel=1e-15)
     assert load["y"].tolist() == [-1.0, 100.0] + [2.5] * (CURVE_POINTS - 2)
+
+
+def test_a_map_keeps_a_row_for_each_x_and_repeats_the_last() -> None:
+    fuel = Car.parse(GOOD, "car.yaml")["fuel"][0]
+    assert (fuel["x_points"], fuel["y_points"]) == (3, 2)
+    assert fuel["x"] == pytest.approx([2 * math.pi, 4 * math.pi] + [6 * math.pi] * (MAP_POINTS - 2), rel=1e-15)
+    assert fuel["y"].tolist() == [-50.0] + [900.0] * (MAP_POINTS - 1)
+    first, second, *others = fuel["z"]
+    assert first == pytest.approx([0.0] + [0.01] * (MAP_POINTS - 1), rel=1e-15)
+    assert second == pytest.approx([0.02] + [0.03] * (MAP_POINTS - 1), rel=1e-15)
+    assert len(others) == MAP_POINTS - 2
+    for row in others:
+        assert row == pytest.approx([0.04] + [0.05] * (MAP_POINTS - 1), rel=1e-15)
 
 
 @pytest.mark.parametrize("kind", [np.float64, np.float32, np.int64])
@@ -179,10 +201,10 @@ RANGE_OF_RATIOS = "expected up to 4 times a number in 0..50"
         ("seats", math.nan, ["seats: got nan", "expected a whole number in 1..9"]),
         ("switches", [0, 2], ["switches: got 2", "expected 2 times a whole number in 0..1"]),
         ("switches", [0, 0.5], ["switches: got", "0.5", "expected 2 times a whole number in 0..1"]),
-        ("weights", [[1, 2], [3, 4]], ["weights: got 2 values", "expected 2 x 3 times a number in 0..100 kg"]),
+        ("weights", [[1, 2], [3, 4]], ["weights[0]: got 2 values", "expected 2 x 3 times a number in 0..100 kg"]),
         ("weights", [1, 2, 3], ["weights: got 3 values", "2 x 3 times"]),
-        ("weights", [[1, 2, 3], [4, 5]], ["weights: got 2 values", "2 x 3 times"]),
-        ("weights", [[1, 2, 3], [4, 5, "101 kg"]], ["weights: got '101 kg'", "0..100 kg"]),
+        ("weights", [[1, 2, 3], [4, 5]], ["weights[1]: got 2 values", "2 x 3 times"]),
+        ("weights", [[1, 2, 3], [4, 5, "101 kg"]], ["weights[1]: got '101 kg'", "0..100 kg"]),
         ("speeds", [1, 2], ["speeds: got 2 values", "expected 3 times a number in 0..1000 rad/s"]),
         ("speeds", [1, 2, math.nan], ["speeds: got", "nan", "3 times a number"]),
         ("speeds", [1, 2, None], ["speeds: got nothing", "3 times a number"]),
@@ -203,7 +225,7 @@ RANGE_OF_RATIOS = "expected up to 4 times a number in 0..50"
         ("full_load", None, ["full_load: got nothing", "expected a block with speed"]),
         ("full_load", [1, 2], ["full_load: got [1, 2]", "expected a block with speed"]),
         ("full_load.speed", 5, ["full_load.speed: got 5", "a number in 0..1200 rad/s", "as a list"]),
-        ("full_load.speed", [0, 1], ["full_load: got 2 and 3 points", "as many in each"]),
+        ("full_load.speed", [0, 1], ["full_load.torque: got 3 values", "2 times a number in -50..900 N m"]),
         ("full_load", {"speed": [0], "torque": [0]}, ["full_load.speed: got 1 points", "expected 2 to 32"]),
         (
             "full_load",
@@ -215,6 +237,21 @@ RANGE_OF_RATIOS = "expected up to 4 times a number in 0..50"
         ("full_load.speed", [0, 1, math.nan], ["full_load.speed: got", "nan", "0..1200 rad/s"]),
         ("full_load.speed", [0, 1, 1201], ["full_load.speed: got", "1201", "0..1200 rad/s"]),
         ("full_load.torque", [0, 1, "2 kg"], ["full_load.torque: got unit 'kg'", "-50..900 N m"]),
+        ("fuel", MISSING, ["fuel: missing", "speed (rad/s), torque (N*m) and flow (kg/s)"]),
+        ("fuel", 5, ["fuel: got 5", "expected a block with speed (rad/s), torque"]),
+        ("fuel.flow", MISSING, ["fuel.flow: missing", "torque (N*m) and flow (kg/s)"]),
+        ("fuel.power", [1, 2], ["fuel.power: unknown key", "expected speed, torque and flow"]),
+        ("fuel.speed", [1], ["fuel.speed: got 1 points", "expected 2 to 16"]),
+        ("fuel.torque", [*range(17)], ["fuel.torque: got 17 points", "expected 2 to 16"]),
+        ("fuel.torque", [5, 5], ["fuel.torque: not strictly increasing", "sort the points"]),
+        ("fuel.speed", [0, 1, 1201], ["fuel.speed: got 1201", "0..1200 rad/s"]),
+        ("fuel.speed", [0, 1], ["fuel.flow: got 3 values", "2 x 2 times a number in 0..0.1 kg/s"]),
+        ("fuel.torque", [0, 1, 2], ["fuel.flow[0]: got 2 values", "3 x 3 times"]),
+        ("fuel.flow", [[0, 0], [0, 0], [0]], ["fuel.flow[2]: got 1 values", "3 x 2 times"]),
+        ("fuel.flow", [0, 0, 0], ["fuel.flow[0]: got 0", "3 x 2 times"]),
+        ("fuel.flow", [[0, 0], [0, "101 g/s"], [0, 0]], ["fuel.flow[1]: got '101 g/s'", "0..0.1 kg/s"]),
+        ("fuel.flow", [[0, 0], [0, 0], [0, math.nan]], ["fuel.flow[2]: got nan", "0..0.1 kg/s"]),
+        ("fuel.flow.unit", "kg", ["fuel.flow[0]: got unit 'kg' of another dimension", "0..0.1 kg/s"]),
         ("shaft", 5, ["shaft: got 5", "expected a block of keys"]),
         ("shaft", None, ["shaft: got nothing", "expected a block of keys"]),
         ("shaft", [{"stiffness": 1}], ["shaft: got [", "expected a block of keys"]),
@@ -251,12 +288,27 @@ def test_a_record_of_defaults_may_be_left_out_or_be_empty() -> None:
     assert Car.parse(changed("extras", {}), "f")[0] == Car.parse(GOOD, "f")[0]
 
 
+def _axis(values: st.SearchStrategy[float], points: int) -> st.SearchStrategy[list[float]]:
+    return st.lists(values, min_size=points, max_size=points, unique=True).map(sorted)
+
+
 curves = st.lists(st.floats(0, 1200), min_size=2, max_size=CURVE_POINTS, unique=True).flatmap(
     lambda xs: st.fixed_dictionaries(
         {"speed": st.just(sorted(xs)), "torque": st.lists(st.floats(-50, 900), min_size=len(xs), max_size=len(xs))}
     )
 )
-cars = st.fixed_dictionaries(
+maps: st.SearchStrategy[dict[str, Any]] = st.tuples(st.integers(2, MAP_POINTS), st.integers(2, MAP_POINTS)).flatmap(
+    lambda points: st.fixed_dictionaries(
+        {
+            "speed": _axis(st.floats(0, 1200), points[0]),
+            "torque": _axis(st.floats(-50, 900), points[1]),
+            "flow": st.integers(0, 2**32).map(
+                lambda seed: np.random.default_rng(seed).uniform(0.0, 0.1, points).tolist()
+            ),
+        }
+    )
+)
+cars: st.SearchStrategy[dict[str, Any]] = st.fixed_dictionaries(
     {
         "mass": st.floats(100, 60_000),
         "slip": st.floats(-2000, 2000),
@@ -267,6 +319,7 @@ cars = st.fixed_dictionaries(
         "speeds": st.lists(st.floats(0, 1000), min_size=3, max_size=3),
         "ratios": st.lists(st.floats(0, 50), min_size=4, max_size=4),
         "full_load": curves,
+        "fuel": maps,
         "shaft": st.fixed_dictionaries({"stiffness": st.floats(1, 1e7), "damping": st.floats(0, 1e5)}),
         "extras": st.fixed_dictionaries({"scale": st.floats(0.5, 2), "gear": st.integers(1, 8)}),
     }
@@ -298,7 +351,7 @@ def test_the_layout_is_aligned_and_holds_only_doubles_and_long_integers() -> Non
     assert not hasattr(Car, "mass")
 
 
-def test_markdown_has_a_row_per_number_and_curve() -> None:
+def test_markdown_has_a_row_per_number_curve_and_map() -> None:
     class Small(Record):
         """A small record."""
 
@@ -306,6 +359,7 @@ def test_markdown_has_a_row_per_number_and_curve() -> None:
         extras: Extras = nested(Extras, "nested")
         shaft: Shaft = nested(Shaft, "nested")
         load: Curve = curve(("pedal", "1", 0, 1), ("torque", "N*m", 0, 900), "torque over pedal")
+        fuel: Map = characteristic_map(("speed", "rad/s", 0, 9), _TORQUE, ("flow", "kg/s", 0, 0.1), "fuel flow")
 
     assert Small.markdown().splitlines() == [
         "| name | unit | range | default | meaning |",
@@ -316,6 +370,7 @@ def test_markdown_has_a_row_per_number_and_curve() -> None:
         "| `shaft.stiffness` | N m/rad | 1 .. 1e+07 | – | torque per twist |",
         "| `shaft.damping` | N m s/rad | 0 .. 100000 | 13.6 | torque per twisting speed |",
         "| `load` | torque (N m) over pedal (ratio) | 0 .. 900 | – | torque over pedal |",
+        "| `fuel` | flow (kg/s) over speed (rad/s) and torque (N m) | 0 .. 0.1 | – | fuel flow |",
     ]
 
 
@@ -335,6 +390,11 @@ NUMBER = quantity("kg", 0, 1, "a number")
         ("Shaft", nested(Shaft, "", shape=(2,)), r"annotated Shaft but declared RecordElements\[Shaft\]"),
         ("RecordElements[Shaft]", nested(Shaft, ""), "declared Shaft"),
         ("float", curve(("a", "1", 0, 1), ("b", "1", 0, 1), ""), "Bad.x is annotated float but declared Curve"),
+        (
+            "Curve",
+            characteristic_map(("a", "1", 0, 1), ("b", "1", 0, 1), ("c", "1", 0, 1), ""),
+            "Bad.x is annotated Curve but declared Map",
+        ),
         ("float", 5.0, "Bad.x must be declared by quantity"),
         ("float", None, "Bad.x must be declared by quantity"),
     ],

@@ -7,7 +7,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bitepoint.records import Curve, FloatArray, Record, RecordArray, count, curve, nested, quantity
+from bitepoint.records import (
+    Curve,
+    FloatArray,
+    Map,
+    Record,
+    RecordArray,
+    characteristic_map,
+    count,
+    curve,
+    nested,
+    quantity,
+)
 from tests.conftest import Refused
 
 
@@ -25,12 +36,17 @@ class Outer(Record):
     row: FloatArray = quantity("m", 0, 10, "row", shape=(3,))
     inner: Inner = nested(Inner, "inner")
     load: Curve = curve(("x", "s", 0, 10), ("y", "m", 0, 10), "load")
+    fuel: Map = characteristic_map(("x", "s", 0, 10), ("y", "m", 0, 10), ("z", "kg", 0, 10), "fuel")
 
 
 @pytest.fixture
 def lanes() -> RecordArray:
     """Three equal records."""
-    data = {"row": [1, 2, 3], "load": {"x": [0, 1], "y": [0, 1]}}
+    data = {
+        "row": [1, 2, 3],
+        "load": {"x": [0, 1], "y": [0, 1]},
+        "fuel": {"x": [0, 1], "y": [0, 1], "z": [[0, 1], [2, 3]]},
+    }
     return np.repeat(Outer.parse(data, "f"), 3)
 
 
@@ -57,23 +73,28 @@ def test_a_list_for_an_array_goes_to_every_lane(lanes: RecordArray) -> None:
     assert lanes["row"].tolist() == [[4.0, 5.0, 6.0]] * 3
 
 
-def test_curves_and_blocks_are_set_whole(lanes: RecordArray) -> None:
+def test_curves_maps_and_blocks_are_set_whole(lanes: RecordArray) -> None:
     Outer.assign(lanes, "load", {"x": [0, 1, 2], "y": [0, 3, 9]}, "--set")
+    Outer.assign(lanes, "fuel", {"x": [0, 1], "y": [0, 1, 2], "z": [[1, 2, 3], [4, "5000 g", 6]]}, "--set")
     Outer.assign(lanes, "inner", {"gain": "50 %"}, "--set")
     assert lanes["load"]["points"].tolist() == [3] * 3
     assert lanes["load"]["y"][:, :3].tolist() == [[0.0, 3.0, 9.0]] * 3
+    assert lanes["fuel"]["y_points"].tolist() == [3] * 3
+    assert lanes["fuel"]["z"][:, :2, :3].tolist() == [[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]] * 3
     assert lanes["inner"].tolist() == [(0.5, 0)] * 3
 
 
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [
-        ("mas", 1, ["mas: unknown key", "mass, row, inner, load"]),
+        ("mas", 1, ["mas: unknown key", "mass, row, inner, load, fuel"]),
         ("inner.gan", 1, ["gan: unknown key", "gain, mode"]),
         ("", 1, ["unknown key"]),
         ("inner.", 1, ["inner"]),
         ("mass.x", 1, ["mass.x: mass has no keys of its own", "expected a number in 0..5000 kg"]),
         ("load.x", [0, 1], ["load.x: load has no keys of its own", "expected a block with x (s) and y (m)"]),
+        ("fuel.z", [[0]], ["fuel.z: fuel has no keys of its own", "a block with x (s), y (m) and z (kg)"]),
+        ("fuel", {"x": [0, 1], "y": [0, 1], "z": [[0, 1], [2, 11]]}, ["fuel.z[1]: got 11", "0..10 kg"]),
         ("mass", [1, 2], ["mass: got 2 values", "expected 3 values, one per lane"]),
         ("mass", [1, 2, 3, 4], ["mass: got 4 values", "expected 3 values, one per lane"]),
         ("mass", [], ["mass: got 0 values", "expected 3 values, one per lane"]),

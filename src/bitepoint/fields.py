@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -14,10 +15,13 @@ if TYPE_CHECKING:
 CURVE_POINTS = 32
 """Most points that a curve can have."""
 
+MAP_POINTS = 16
+"""Most points that a map can have along each of its two axes."""
+
 
 @dataclass(frozen=True)
 class Axis:
-    """One coordinate of a curve: its name in files, its unit and its range."""
+    """One coordinate of a curve or a map: its name in files, its unit and its range."""
 
     name: str
     unit: str
@@ -30,14 +34,14 @@ class Field:
     """What a record says of one of its fields.
 
     Attributes:
-        kind: "float", "int", "record", or "curve" (a nested `Curve` with units of its own).
+        kind: "float", "int", "record", or "curve" or "map" (a nested `Curve` or `Map` with units of its own).
         unit: of a float, in pint's spelling; "1" for a plain ratio.
         low, high: closed range that validation enforces and that index checks rely on.
         default: value where a file leaves the field out; None means that it must be given.
         shape: of a fixed-size array; () for a scalar.
         padded: whether a file may give fewer numbers than the shape; the rest is then 0.
-        record: the type of a nested record; of a curve, `Curve`.
-        axes: of a curve.
+        record: the type of a nested record; of a curve or a map, `Curve` or `Map`.
+        axes: of a curve or a map: what it is over, and last what it gives; () for anything else.
         names: of its values, the whole numbers from low to high; () where they have none.
     """
 
@@ -54,12 +58,17 @@ class Field:
     axes: tuple[Axis, ...] = ()
     names: tuple[str, ...] = ()
 
+    @property
+    def most_points(self) -> int:
+        """Most points along an axis of a curve or a map."""
+        return CURVE_POINTS if self.kind == "curve" else MAP_POINTS
+
     def expected(self) -> str:
         """Return what a valid value looks like, in a few words."""
         if self.kind == "record":
             return "expected a block of keys"
-        if self.kind == "curve":
-            return "expected a block with " + " and ".join(f"{axis.name} ({axis.unit})" for axis in self.axes)
+        if self.axes:
+            return f"expected a block with {joined([f'{axis.name} ({axis.unit})' for axis in self.axes])}"
         noun = "a whole number" if self.kind == "int" else "a number"
         many = "" if not self.shape else " x ".join(str(size) for size in self.shape) + " times "
         many = f"up to {many}" if self.padded else many
@@ -116,3 +125,15 @@ def nested(record: type[Record], meaning: str, *, shape: tuple[int, ...] = ()) -
 def curve(x: tuple[str, str, float, float], y: tuple[str, str, float, float], meaning: str) -> Any:
     """Declare a curve y(x) of 2 to 32 points; `x` and `y` are (name in files, unit, low, high)."""
     return Field("", "curve", meaning, axes=(Axis(*x), Axis(*y)))
+
+
+def characteristic_map(
+    x: tuple[str, str, float, float], y: tuple[str, str, float, float], z: tuple[str, str, float, float], meaning: str
+) -> Any:
+    """Declare a map z(x, y) of 2 to 16 points along each axis; each is (name in files, unit, low, high)."""
+    return Field("", "map", meaning, axes=(Axis(*x), Axis(*y), Axis(*z)))
+
+
+def joined(names: Sequence[str]) -> str:
+    """Return names as a sentence has them: "a, b and c"."""
+    return f"{', '.join(names[:-1])} and {names[-1]}" if len(names) > 1 else "".join(names)

@@ -8,6 +8,9 @@
         speeds: FloatArray = quantity("rad/s", 0, 1200, "grid", shape=(8,))
         engine: Engine = nested(Engine, "the engine")
         full_load: Curve = curve(("speed", "rad/s", 0, 1200), ("torque", "N*m", 0, 900), "full-load torque")
+        fuel: Map = characteristic_map(
+            ("speed", "rad/s", 0, 1200), ("torque", "N*m", 0, 900), ("flow", "kg/s", 0, 0.1), "fuel flow"
+        )
 
 From the one declaration come an aligned NumPy dtype, the validation of YAML with units, and the tables of the docs.
 Every number is a float64 or an int64, so that a record is the same bytes to NumPy, to compiled code and to C.
@@ -16,21 +19,31 @@ Every number is a float64 or an int64, so that a record is the same bytes to Num
 from __future__ import annotations
 
 import inspect
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any, ClassVar, Protocol, TypeVar, cast
 
 import numpy as np
 
-from bitepoint.errors import InputError, brief
-from bitepoint.fields import CURVE_POINTS, Axis, Field, count, curve, nested, quantity
-from bitepoint.units import UnitError, display, parse
+from bitepoint import field_values
+from bitepoint.errors import InputError
+from bitepoint.fields import (
+    CURVE_POINTS,
+    MAP_POINTS,
+    Axis,
+    Field,
+    characteristic_map,
+    count,
+    curve,
+    joined,
+    nested,
+    quantity,
+)
+from bitepoint.units import display
 
 __all__ = [
-    "CURVE_POINTS", "Axis", "Curve", "Field", "FloatArray", "IntArray", "Record", "RecordArray", "RecordElements",
-    "count", "curve", "nested", "quantity",
+    "CURVE_POINTS", "MAP_POINTS", "Axis", "Curve", "Field", "FloatArray", "IntArray", "Map", "Record", "RecordArray",
+    "RecordElements", "characteristic_map", "count", "curve", "nested", "quantity", "tabulated",
 ]  # fmt: skip
 
 RecordArray = np.ndarray[Any, Any]
@@ -75,8 +88,10 @@ class Record:
         for name, annotation in annotations.items():
             declared = cls.__dict__.get(name)
             if not isinstance(declared, Field):
-                raise TypeError(f"{cls.__name__}.{name} must be declared by quantity(), count(), nested() or curve()")
-            fields[name] = replace(declared, name=name, record=Curve if declared.kind == "curve" else declared.record)
+                mend = "quantity(), count(), nested(), curve() or characteristic_map()"
+                raise TypeError(f"{cls.__name__}.{name} must be declared by {mend}")
+            record = _table_type(declared.kind) if declared.axes else declared.record
+            fields[name] = replace(declared, name=name, record=record)
             _check_annotation(f"{cls.__name__}.{name}", annotation, fields[name])
             delattr(cls, name)
         for name, value in cls.__dict__.items():
@@ -103,7 +118,7 @@ class Record:
             InputError: unknown or missing key, wrong dimension, out of range, NaN, or wrong shape.
         """
         result = cls.zeros()
-        mapping = _mapping(data, where, key or cls.__name__, "expected a block of keys")
+        mapping = field_values.mapping(data, where, key or cls.__name__, "expected a block of keys")
         prefix = f"{key}." if key else ""
         for name in mapping:
             if name not in cls.fields:
@@ -145,7 +160,7 @@ class Record:
             if len(values) != len(target):
                 mend = f"expected {len(target)} values, one per lane"
                 raise InputError(where, f"{key}: got {len(values)} values", mend)
-            view[...] = [_scalar(field, item, where, key) for item in values]
+            view[...] = [field_values.scalar(field, item, where, key) for item in values]
         else:
             _store(view, field, value, where, key)
 
@@ -169,7 +184,7 @@ class Record:
 
     @classmethod
     def table(cls, prefix: str = "") -> Iterator[tuple[str, Field]]:
-        """Yield (dotted path, field) for every number and curve, nested records included."""
+        """Yield (dotted path, field) for every number, curve and map, nested records included."""
         for name, field in cls.fields.items():
             if field.kind == "record" and field.record is not None:
                 yield from field.record.table(f"{prefix}{name}.")
@@ -181,9 +196,9 @@ class Record:
         """Return the table of this record for the documentation."""
         rows = ["| name | unit | range | default | meaning |", "| --- | --- | --- | --- | --- |"]
         for path, field in cls.table():
-            if field.kind == "curve":
-                unit = " over ".join(f"{axis.name} ({display(axis.unit) or 'ratio'})" for axis in reversed(field.axes))
-                span = f"{field.axes[1].low:g} .. {field.axes[1].high:g}"
+            if field.axes:
+                *over, last = (f"{axis.name} ({display(axis.unit) or 'ratio'})" for axis in field.axes)
+                unit, span = f"{last} over {joined(over)}", f"{field.axes[-1].low:g} .. {field.axes[-1].high:g}"
             else:
                 unit, span = display(field.unit) or "–", f"{field.low:g} .. {field.high:g}"
             default = "–" if field.default is None else f"{field.default:g}"
@@ -207,104 +222,24 @@ def _layout(field: Field) -> tuple[Any, ...]:
     return (field.name, base, field.shape) if field.shape else (field.name, base)
 
 
-def _mapping(data: object, where: str, key: str, mend: str) -> dict[str, object]:
-    if not isinstance(data, Mapping):
-        raise InputError(where, f"{key}: got {brief(data)}", mend)
-    return {str(name): value for name, value in cast("Mapping[object, object]", data).items()}
-
-
 def _store(view: RecordArray, field: Field, value: object, where: str, key: str) -> None:
     """Write a validated value into `view`, the field's column: (lanes, *shape)."""
     if field.kind == "record" and field.record is not None:
         view[...] = field.record.parse(value, where, key)[0]
-    elif field.kind == "curve":
-        view[...] = _parse_curve(field, value, where, key)[0]
+    elif field.axes:
+        view[...] = tabulated(field, *field_values.table(field, value, where, key))[0]
     elif field.shape:
-        view[...] = _parse_array(field, value, where, key)
+        view[...] = field_values.array(field, value, where, key)
     else:
-        view[...] = _scalar(field, value, where, key)
-
-
-def _scalar(field: Field, value: Any, where: str, key: str, assumed: str | None = None) -> float:
-    """Return the validated number; where it comes without a unit, it is in `assumed`, or else in the field's own."""
-    plain = cast("object", value.item()) if isinstance(value, np.generic) else value
-    try:
-        number = parse(plain, field.unit, assumed)
-    except UnitError as error:
-        raise InputError(where, f"{key}: {error}", field.expected()) from None
-    if not field.low <= number <= field.high or not math.isfinite(number):
-        raise InputError(where, f"{key}: got {brief(plain)}", field.expected())
-    if field.kind == "int" and number != int(number):
-        raise InputError(where, f"{key}: got {brief(plain)}", field.expected())
-    return number
-
-
-def _parse_array(field: Field, value: object, where: str, key: str) -> RecordArray:
-    values, unit = _listed(value, field.unit, where, key, field.expected())
-    if field.padded and 1 <= len(values) < field.shape[0]:
-        values = [*values, *[0.0] * (field.shape[0] - len(values))]
-    flat = list(_flattened(values, field, where, key))
-    return np.array([_scalar(field, item, where, key, unit) for item in flat]).reshape(field.shape)
-
-
-def _flattened(value: object, field: Field, where: str, key: str, depth: int = 0) -> Iterator[object]:
-    """Yield the elements of nested lists, as long as these have the shape of the field."""
-    if depth == len(field.shape):
-        yield value
-        return
-    items = list(cast("Sequence[object]", value)) if isinstance(value, list | tuple) else []
-    if len(items) != field.shape[depth]:
-        got = f"{len(items)} values" if isinstance(value, list | tuple) else brief(value)
-        raise InputError(where, f"{key}: got {got}", field.expected())
-    for item in items:
-        yield from _flattened(item, field, where, key, depth + 1)
-
-
-def _listed(value: object, unit: str, where: str, key: str, mend: str) -> tuple[list[object], str]:
-    """Return the numbers and the unit of `[1, 2]` or `{unit: rpm, values: [1, 2]}`."""
-    if isinstance(value, Mapping):
-        block = _mapping(cast("object", value), where, key, mend)
-        if set(block) != {"unit", "values"}:
-            raise InputError(where, f"{key}: got keys {', '.join(block) or 'none'}", "expected unit and values")
-        unit, value = str(block["unit"]), block["values"]
-    if isinstance(value, np.ndarray):
-        value = cast("object", value.tolist())
-    if not isinstance(value, list | tuple):
-        raise InputError(where, f"{key}: got {brief(value)}", f"{mend}, as a list or {{unit: ..., values: [...]}}")
-    return list(cast("Sequence[object]", value)), unit
-
-
-def _parse_curve(field: Field, value: object, where: str, key: str) -> RecordArray:
-    block = _mapping(value, where, key, field.expected())
-    names = [axis.name for axis in field.axes]
-    for name in block:
-        if name not in names:
-            raise InputError(where, f"{key}.{name}: unknown key", f"expected {' and '.join(names)}")
-    columns: list[list[float]] = []
-    for axis in field.axes:
-        if axis.name not in block:
-            raise InputError(where, f"{key}.{axis.name}: missing", field.expected())
-        place = f"{key}.{axis.name}"
-        element = Field(axis.name, "float", "", axis.unit, axis.low, axis.high)
-        values, unit = _listed(block[axis.name], axis.unit, where, place, element.expected())
-        if not 2 <= len(values) <= CURVE_POINTS:
-            raise InputError(where, f"{place}: got {len(values)} points", f"expected 2 to {CURVE_POINTS}")
-        columns.append([_scalar(element, item, where, place, unit) for item in values])
-    xs, ys = columns
-    if len(xs) != len(ys):
-        raise InputError(where, f"{key}: got {len(xs)} and {len(ys)} points", "expected as many in each")
-    if any(after <= before for before, after in pairwise(xs)):
-        raise InputError(
-            where, f"{key}.{names[0]}: not strictly increasing", "sort the points and remove repeated ones"
-        )
-    return Curve.through(xs, ys)
+        view[...] = field_values.scalar(field, value, where, key)
 
 
 def _plain(field: Field, value: Any) -> Any:
-    if field.kind == "curve":
-        points = int(value["points"])
-        x, y = field.axes
-        return {x.name: value["x"][:points].tolist(), y.name: value["y"][:points].tolist()}
+    if field.axes and field.record is not None:
+        sizes, columns = _members(field.record)
+        points = [slice(int(value[name])) for name in sizes]
+        used = [(part,) for part in points] + [tuple(points)]
+        return {axis.name: value[c][part].tolist() for axis, c, part in zip(field.axes, columns, used, strict=True)}
     if field.kind == "record" and field.record is not None:
         return field.record.to_mapping(value)
     if field.shape:
@@ -322,7 +257,50 @@ class Curve(Record):
     @classmethod
     def through(cls, x: Sequence[float], y: Sequence[float]) -> RecordArray:
         """Return the curve, shape (1,), through 2 to 32 points whose abscissae increase."""
-        result, spare = cls.zeros(), CURVE_POINTS - len(x)
-        result["points"] = len(x)
-        result["x"], result["y"] = [*x, *[x[-1]] * spare], [*y, *[y[-1]] * spare]
-        return result
+        return _tabulated(cls, x, y)
+
+
+class Map(Record):
+    """A map z(x, y), bilinear on a grid and held constant beyond its edges. Units are the declaring field's."""
+
+    x_points: int = count(2, MAP_POINTS, "points in use along x")
+    y_points: int = count(2, MAP_POINTS, "points in use along y")
+    x: FloatArray = quantity("1", -1e12, 1e12, "grid along x, increasing; the unused ones repeat the last", shape=(16,))
+    y: FloatArray = quantity("1", -1e12, 1e12, "grid along y, increasing; the unused ones repeat the last", shape=(16,))
+    z: FloatArray = quantity(
+        "1", -1e12, 1e12, "values, a row for each x; the unused ones repeat the last", shape=(16, 16)
+    )
+
+    @classmethod
+    def through(cls, x: Sequence[float], y: Sequence[float], z: Sequence[Sequence[float]]) -> RecordArray:
+        """Return the map, shape (1,), over 2 to 16 increasing points of x and of y; z is (points of x, points of y)."""
+        return _tabulated(cls, x, y, z)
+
+
+def tabulated(field: Field, *columns: Any) -> RecordArray:
+    """Return the curve or the map of a field, shape (1,), through its columns: x and y, or x, y and z."""
+    return _table_type(field.kind).through(*columns)
+
+
+def _table_type(kind: str) -> type[Curve] | type[Map]:
+    return Curve if kind == "curve" else Map
+
+
+def _members(table: type[Record]) -> tuple[list[str], list[str]]:
+    """Return the fields of a curve or a map that tell how many points are in use, and those that hold them."""
+    kinds = ("int", "float")
+    sizes, columns = ([name for name, field in table.fields.items() if field.kind == kind] for kind in kinds)
+    return sizes, columns
+
+
+def _tabulated(table: type[Record], *columns: Any) -> RecordArray:
+    """Return a curve or a map, shape (1,), whose columns are filled up by repeating their last values."""
+    result = table.zeros()
+    sizes, names = _members(table)
+    for name, points in zip(sizes, np.shape(columns[-1]), strict=True):
+        result[name] = points
+    for name, column in zip(names, columns, strict=True):
+        room = table.fields[name].shape
+        spare = [(0, most - used) for most, used in zip(room, np.shape(column), strict=True)]
+        result[name] = np.pad(np.asarray(column, np.float64), spare, mode="edge")
+    return result

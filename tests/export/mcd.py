@@ -127,29 +127,43 @@ class Memory:
         return np.array(values).reshape(sizes[::-1]).tolist()
 
     def calibrated(self, characteristic: Tree) -> Any:
-        """Return the value of a CHARACTERISTIC: a number, lists with x innermost, or (x, y) of a curve."""
+        """Return the value of a CHARACTERISTIC: a number, lists with x innermost, (x, y) of a curve, or a map.
+
+        Of a map it is (x, y, z) with a row of z for each x. Its x counts the columns: ROW_DIR has x run fastest, as in
+        a table whose rows are y, COLUMN_DIR has y run fastest. A static layout leaves gaps of the points not in use.
+        """
         layout = self.layouts[characteristic["deposit"]]
         values = layout["fnc_values"]
         if characteristic["characteristic_type"] == "Curve":
             found = dict(self._components(characteristic, layout))
             points = found["no_axis_pts_x"][0]
             return found["axis_pts_x"][:points], found["fnc_values"][:points]
+        if characteristic["characteristic_type"] == "Map":
+            found = dict(self._components(characteristic, layout))
+            x, y = (found[f"axis_pts_{name}"][: found[f"no_axis_pts_{name}"][0]] for name in "xy")
+            most_x, most_y = (axis["max_axis_points"] for axis in characteristic["axis_descr"])
+            strides = {"RowDir": (1, most_x), "ColumnDir": (most_y, 1)}[values["index_mode"]]
+            z = [[found["fnc_values"][i * strides[0] + j * strides[1]] for j in range(len(y))] for i in range(len(x))]
+            return x, y, z
         assert values["position"] == 1
         assert (characteristic["characteristic_type"] == "ValBlk") == bool(dimensions(characteristic))
         assert (values["index_mode"], values["address_type"]) == ("RowDir", "Direct")
         numbers = self.numbers(address(characteristic), values["datatype"], int(np.prod(dimensions(characteristic))))
         return np.array(numbers).reshape(dimensions(characteristic)[::-1]).tolist()
 
-    def _components(self, curve: Tree, layout: Tree) -> Iterator[tuple[str, list[Any]]]:
+    def _components(self, table: Tree, layout: Tree) -> Iterator[tuple[str, list[Any]]]:
         """Yield what a record layout puts one after the other, each with its room for the most axis points."""
-        (axis,) = curve["axis_descr"]
-        assert axis["attribute"] == "StdAxis"
+        axes = table["axis_descr"]
+        assert {axis["attribute"] for axis in axes} == {"StdAxis"}
         assert layout["static_record_layout"] is not None
+        room = {f"axis_pts_{name}": axis["max_axis_points"] for name, axis in zip("xy", axes, strict=False)}
+        room["fnc_values"] = int(np.prod(list(room.values())))
         names = [name for name, item in layout.items() if isinstance(item, dict) and "position" in item]
-        assert sorted(layout[name]["position"] for name in names) == [1, 2, 3]
-        place = address(curve)
+        assert set(names) == {*room, *(f"no_{name}" for name in room if name != "fnc_values")}
+        assert sorted(layout[name]["position"] for name in names) == list(range(1, len(names) + 1))
+        place = address(table)
         for name in sorted(names, key=lambda name: layout[name]["position"]):
             datatype = layout[name]["datatype"]
-            count = 1 if name == "no_axis_pts_x" else axis["max_axis_points"]
+            count = room.get(name, 1)
             yield name, self.numbers(place, datatype, count)
             place += count * np.dtype(TYPES[datatype]).itemsize

@@ -15,13 +15,16 @@ from bitepoint.records import (
     Curve,
     FloatArray,
     IntArray,
+    Map,
     Record,
     RecordArray,
     RecordElements,
+    characteristic_map,
     count,
     curve,
     nested,
     quantity,
+    tabulated,
 )
 from bitepoint.simulation.system import Part
 
@@ -33,6 +36,9 @@ class Slot(Record):
 
     weight: float = quantity("kg*m^2/rad", -1e300, 1e300, "weight \U0001f697 of the slot")
     table: Curve = curve(("pedal", "1", 0, 1), ("torque", "N*m", -5.5, 1e6), "of the slot")
+    surface: Map = characteristic_map(
+        ("pedal", "1", 0, 1), ("speed", "rad/s", 0, 10), ("torque", "N*m", -5.5, 1e6), "of the slot"
+    )
 
 
 class MadeUpParameters(Record):
@@ -47,6 +53,9 @@ class MadeUpParameters(Record):
     grid: RecordElements[Slot] = nested(Slot, "more slots", shape=(2, 2))
     over_slip: Curve = curve(("slip", "rad/s", -10, 10), ("torque", "N*m", 0, 1), "over an input")
     over_speed: Curve = curve(("speed", "rad/s", 0, 10), ("torque", "N*m", 0, 1), "over no input")
+    over_both: Map = characteristic_map(
+        ("slip", "rad/s", -10, 10), ("pedal", "1", 0, 1), ("torque", "N*m", 0, 1), "over two inputs"
+    )
     per_length: float = quantity("N/m", 0, 1, "unit whose name another one takes")
     times_length: float = quantity("N_per_m", 0, 1, "that unit")
 
@@ -55,6 +64,9 @@ class MadeUpState(Record):
     """Memory."""
 
     learned: Curve = curve(("speed", "rad/s", 0, 500), ("torque", "N*m", 0, 400), "what was learned")
+    learned_map: Map = characteristic_map(
+        ("speed", "rad/s", 0, 500), ("torque", "N*m", 0, 400), ("flow", "kg/s", 0, 1), "what was learned, too"
+    )
     covariance: FloatArray = quantity("1", -10, 10, "of the estimate", shape=(2, 2))
 
 
@@ -93,13 +105,14 @@ def _made_up() -> Part:
 
 
 def filled(record: type[Record], seed: int) -> RecordArray:
-    """One record with random numbers, all different, integers in their range; curves have several lengths."""
+    """One record with random numbers, all different, integers in their range; curves and maps have several lengths."""
     rng = np.random.default_rng([seed, 7])
     array = record.zeros()
     for _, field, view in leaves(array, record, ""):
-        if field.kind == "curve":
-            points = int(rng.integers(2, 33))
-            view[...] = Curve.through(np.sort(rng.normal(size=points)).tolist(), rng.normal(size=points).tolist())
+        if field.axes:
+            points = rng.integers(2, field.most_points, len(field.axes) - 1, endpoint=True)
+            grid = [np.sort(rng.normal(size=size)) for size in points]
+            view[...] = tabulated(field, *grid, rng.normal(size=points))
         elif field.kind == "int":
             view[...] = rng.integers(int(field.low), int(field.high), view.shape, endpoint=True)
         else:
@@ -108,10 +121,10 @@ def filled(record: type[Record], seed: int) -> RecordArray:
 
 
 def leaves(array: Any, record: type[Record], path: str) -> Iterator[tuple[str, Field, Any]]:
-    """Yield path in C, field and view of each number, array of numbers, and curve of records."""
+    """Yield path in C, field and view of each number, array of numbers, curve and map of records."""
     for name, field in record.fields.items():
         view = array[name]
-        if field.record is None or field.kind == "curve":
+        if field.record is None or field.axes:
             yield f"{path}.{name}", field, view
         else:
             for index in np.ndindex(field.shape):

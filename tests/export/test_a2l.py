@@ -16,7 +16,7 @@ from bitepoint.export.a2l import a2l_text, symbol_sizes
 from bitepoint.export.a2l_syntax import display_format, identifier, number, quoted
 from bitepoint.fields import Field
 from bitepoint.kernels.c99 import FLOAT32, FLOAT64, PRECISIONS, Precision
-from bitepoint.records import Curve, Record, RecordArray
+from bitepoint.records import Record, RecordArray
 from bitepoint.simulation.system import Part, argument_types
 from bitepoint.units import display
 from tests.conftest import Refused
@@ -50,16 +50,18 @@ class Target:
         for symbol, (record, array) in self.records.items():
             for path, field, view in leaves(array, record, symbol):
                 address = self.addresses[symbol] + view.ctypes.data - array.ctypes.data
-                if field.kind == "curve" and symbol != self.parameters:
-                    x, y = field.axes
-                    for name, axis in (("points", None), ("x", x), ("y", y)):
-                        member = replace(Curve.fields[name], meaning=field.meaning)
-                        if axis is not None:
+                if field.axes and symbol != self.parameters:
+                    assert field.record is not None
+                    axes = dict(zip("xyz", field.axes, strict=False))
+                    for name, member in field.record.fields.items():
+                        member = replace(member, meaning=field.meaning)
+                        if name in axes:
+                            axis = axes[name]
                             member = replace(member, unit=axis.unit, low=axis.low, high=axis.high)
                         place = address + view[name].ctypes.data - view.ctypes.data
                         yield f"{path}.{name}", member, place, view[name][0].tolist()
                 else:
-                    yield path, field, address, view[0] if field.kind == "curve" else view[0].tolist()
+                    yield path, field, address, view[0] if field.axes else view[0].tolist()
 
 
 @pytest.fixture(scope="module")
@@ -98,17 +100,16 @@ def test_every_number_is_there_once_and_as_declared(part: Part, precision: Preci
         assert mcd.address(item) == address, path
         link = {"symbol_name": symbol, "offset": address - target.addresses[symbol]}
         assert item["symbol_link"] == link, path
-        value = field.axes[1] if field.kind == "curve" else field
+        value = field.axes[-1] if field.axes else field
         assert (item["lower_limit"], item["upper_limit"]) == clipped(value, precision), path
         assert mcd.unit(module, item["conversion"]) == display(value.unit).replace("²", "^2").replace("³", "^3"), path
         assert mcd.dimensions(item) == field.shape[::-1], path
         layout = mcd.by_name(module["record_layout"]).get(item.get("deposit", ""), {"fnc_values": item})
         assert layout["fnc_values"]["datatype"] == (integers if field.kind == "int" else reals), path
-        if field.kind == "curve":
-            (axis,) = item["axis_descr"]
-            assert (axis["lower_limit"], axis["upper_limit"]) == clipped(field.axes[0], precision), path
-            assert mcd.unit(module, axis["conversion"]) == display(field.axes[0].unit), path
-            assert axis["max_axis_points"] == 32, path
+        for axis, wanted in zip(item.get("axis_descr", []), field.axes[:-1], strict=True):
+            assert (axis["lower_limit"], axis["upper_limit"]) == clipped(wanted, precision), path
+            assert mcd.unit(module, axis["conversion"]) == display(wanted.unit), path
+            assert axis["max_axis_points"] == {2: 32, 3: 16}[len(field.axes)], path
     assert not left
 
 
@@ -119,7 +120,11 @@ def test_memory_read_by_the_text_alone_is_the_records(part: Part, precision: Pre
     items = mcd.objects(module)
     calibrated = {item["name"] for item in module["characteristic"]}
     for path, field, _, value in target.expected():
-        if field.kind == "curve":
+        if field.kind == "map":
+            rows, columns = int(value["x_points"]), int(value["y_points"])
+            x, y, z = value["x"][:rows].tolist(), value["y"][:columns].tolist(), value["z"][:rows, :columns].tolist()
+            assert memory.calibrated(items[path]) == (x, y, z), path
+        elif field.kind == "curve":
             points = int(value["points"])
             expected = value["x"][:points].tolist(), value["y"][:points].tolist()
             assert memory.calibrated(items[path]) == expected, path
@@ -157,18 +162,20 @@ def test_names_are_those_of_the_exported_c(described: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("part", "curve", "quantity"),
+    ("part", "table", "quantities"),
     [
-        ("launch_pid", "launch_pid_parameters.calibration.clutch_torque", "launch_pid_measurement.pedal"),
-        ("dct", "dct_parameters.engine.full_load", "NO_INPUT_QUANTITY"),
-        ("made_up", "made_up_parameters.over_slip", "made_up_inputs.slip"),
-        ("made_up", "made_up_parameters.over_speed", "NO_INPUT_QUANTITY"),
+        ("launch_pid", "launch_pid_parameters.calibration.clutch_torque", ["launch_pid_measurement.pedal"]),
+        ("dct", "dct_parameters.engine.full_load", ["NO_INPUT_QUANTITY"]),
+        ("made_up", "made_up_parameters.over_slip", ["made_up_inputs.slip"]),
+        ("made_up", "made_up_parameters.over_speed", ["NO_INPUT_QUANTITY"]),
+        ("made_up", "made_up_parameters.over_both", ["made_up_inputs.slip", "made_up_inputs.pedal"]),
+        ("made_up", "made_up_parameters.slots[1].surface", ["made_up_inputs.pedal", "NO_INPUT_QUANTITY"]),
     ],
 )
-def test_axes_name_the_input_that_they_are_over(part: str, curve: str, quantity: str, described: Any) -> None:
+def test_axes_name_the_input_that_they_are_over(part: str, table: str, quantities: list[str], described: Any) -> None:
     _, module = described(PARTS[part], FLOAT32)
-    (axis,) = mcd.objects(module)[curve]["axis_descr"]
-    assert axis["input_quantity"] == quantity
+    axes = mcd.objects(module)[table]["axis_descr"]
+    assert [axis["input_quantity"] for axis in axes] == quantities
 
 
 @pytest.mark.parametrize(

@@ -46,7 +46,7 @@ def signals() -> list[Channel]:
 
 
 def keys() -> Iterator[tuple[str, Field]]:
-    """Yield every dotted key that `--set` takes for a number or a curve, with what is declared of it."""
+    """Yield every dotted key that `--set` takes for a number, a curve or a map, with what is declared of it."""
     for plant in PLANTS.values():
         yield from plant.parameters.table()
     for controller in CONTROLLERS.values():

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from bitepoint.errors import InputError
 from bitepoint.export.a2l_items import Items
 from bitepoint.export.a2l_syntax import block, number, quoted
-from bitepoint.export.a2l_variables import Variable, curve_members, node, symbol_sizes, symbols
+from bitepoint.export.a2l_variables import Variable, node, symbol_sizes, symbols, table_members
 from bitepoint.kernels.c99 import Precision
 from bitepoint.kernels.c99.text import comment
 from bitepoint.records import Record
@@ -120,10 +120,10 @@ def _contents(
 
 
 def _measured(variables: Iterable[Variable], precision: Precision) -> Iterator[Variable]:
-    """Yield variables, with points, x and y in the place of a curve: a MEASUREMENT is numbers of one type."""
+    """Yield variables, with its members in the place of a curve or a map: a MEASUREMENT is numbers of one type."""
     for variable in variables:
-        if variable.field.kind == "curve":
-            yield from curve_members(variable, precision)
+        if variable.field.axes:
+            yield from table_members(variable, precision)
         else:
             yield variable
 

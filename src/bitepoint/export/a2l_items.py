@@ -10,7 +10,7 @@ import numpy as np
 from bitepoint.export.a2l_syntax import block, display_format, identifier, number, quoted
 from bitepoint.export.a2l_variables import Variable
 from bitepoint.kernels.c99 import Precision
-from bitepoint.records import CURVE_POINTS, Axis, Field
+from bitepoint.records import Axis, Field
 from bitepoint.units import display
 
 
@@ -20,7 +20,7 @@ class Items:
 
     Attributes:
         addresses: where each variable of C lies.
-        inputs: variables that a curve can be over, by name and unit of the signal.
+        inputs: variables that a curve or a map can be over, by name and unit of the signal.
         conversions, layouts: the COMPU_METHOD and COMPU_VTAB, and the RECORD_LAYOUT blocks in use, by their name.
     """
 
@@ -32,12 +32,12 @@ class Items:
     _units: dict[str, str] = field(default_factory=dict[str, str])
 
     def characteristic(self, variable: Variable) -> Iterator[str]:
-        """Yield the block of a number to be calibrated: VALUE, VAL_BLK, or CURVE over an axis of its own."""
+        """Yield the block of a number to be calibrated: VALUE, VAL_BLK, or CURVE or MAP over axes of its own."""
         declared = variable.field
-        if declared.kind == "curve":
-            x, y = (_axis_field(axis) for axis in declared.axes)
-            kind, layout, value = "CURVE", self._curve_layout(), y
-            extra = [*self._axis_description(declared.axes[0], x)]
+        if declared.axes:
+            *over, last = declared.axes
+            kind, layout, value = declared.kind.upper(), self._table_layout(declared), _axis_field(last)
+            extra = [line for axis in over for line in self._axis_description(axis, declared.most_points)]
         else:
             kind, layout, value = "VAL_BLK" if declared.shape else "VALUE", self._value_layout(declared), declared
             extra = _matrix(declared)
@@ -106,22 +106,27 @@ class Items:
         self.layouts[f"value_{kind}"] = [f"FNC_VALUES 1 {kind} ROW_DIR DIRECT"]
         return f"value_{kind}"
 
-    def _curve_layout(self) -> str:
-        """Return the name of the layout of `records.Curve`; static: x and y stay, however many the points."""
-        points, real = self._type(Field("", "int", "")), self._type(Field("", "float", ""))
-        self.layouts[f"curve_{real}"] = [
-            f"NO_AXIS_PTS_X 1 {points}",
-            f"AXIS_PTS_X 2 {real} INDEX_INCR DIRECT",
-            f"FNC_VALUES 3 {real} ROW_DIR DIRECT",
-            "STATIC_RECORD_LAYOUT",
-        ]
-        return f"curve_{real}"
+    def _table_layout(self, declared: Field) -> str:
+        """Return the name of the layout of `Curve` or `Map`; static: all stays in its place, however many the points.
 
-    def _axis_description(self, axis: Axis, x: Field) -> Iterator[str]:
+        C's `z[x][y]` has y run fastest. To ASAP2 x counts the columns of a map, so that it lies column by column.
+        """
+        points, real = self._type(Field("", "int", "")), self._type(Field("", "float", ""))
+        names = "XY"[: len(declared.axes) - 1]
+        order = "ROW_DIR" if declared.kind == "curve" else "COLUMN_DIR"
+        members = [f"NO_AXIS_PTS_{name} {{}} {points}" for name in names]
+        members += [f"AXIS_PTS_{name} {{}} {real} INDEX_INCR DIRECT" for name in names]
+        members += [f"FNC_VALUES {{}} {real} {order} DIRECT"]
+        layout = f"{declared.kind}_{real}"
+        self.layouts[layout] = [*(m.format(place) for place, m in enumerate(members, 1)), "STATIC_RECORD_LAYOUT"]
+        return layout
+
+    def _axis_description(self, axis: Axis, most: int) -> Iterator[str]:
+        x = _axis_field(axis)
         low, high = self._limits(x)
         quantity = self.inputs.get((axis.name, axis.unit), "NO_INPUT_QUANTITY")
         conversion = self._conversion(Variable("", "", 0, x), x)
-        head = f"STD_AXIS {quantity} {conversion} {CURVE_POINTS} {number(low)} {number(high)}"
+        head = f"STD_AXIS {quantity} {conversion} {most} {number(low)} {number(high)}"
         body = ["MONOTONY STRICT_INCREASE", f"FORMAT {display_format(low, high, whole=False)}"]
         yield from block("AXIS_DESCR", head, body)
 

@@ -11,13 +11,13 @@ import numpy as np
 
 from bitepoint.export.c.sources import Sources
 from bitepoint.kernels.c99 import Precision
-from bitepoint.records import Curve, Field, Record
+from bitepoint.records import Field, Record
 from bitepoint.simulation.system import Part
 
 
 @dataclass(frozen=True)
 class Variable:
-    """A number, an array of numbers, or a curve in memory.
+    """A number, an array of numbers, a curve or a map in memory.
 
     Attributes:
         name: its path in C, such as `launch_pid_state.engine_speed.throttle`.
@@ -33,7 +33,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Node:
-    """A record in memory: its numbers and curves, and the records that it is made of, each in their order."""
+    """A record in memory: its numbers, curves and maps, and the records that it is made of, each in their order."""
 
     name: str
     meaning: str
@@ -85,7 +85,7 @@ def _node(name: str, symbol: str, start: int, record: type[Record], meaning: str
     found = Node(name, meaning, [], [])
     for field in record.fields.values():
         path, offset = f"{name}.{field.name}", start + _offset(record, field.name, precision)
-        if field.record is None or field.kind == "curve":
+        if field.record is None or field.axes:
             found.variables.append(Variable(path, symbol, offset, field))
             continue
         size = precision.layout(field.record).itemsize
@@ -100,12 +100,14 @@ def _offset(record: type[Record], name: str, precision: Precision) -> int:
     return int(layout[name][1])
 
 
-def curve_members(curve: Variable, precision: Precision) -> Iterator[Variable]:
-    """Yield points, x and y of a curve as variables of their own, x and y with the units and ranges of its axes."""
-    x, y = curve.field.axes
-    for name, declared in Curve.fields.items():
-        axis = {"x": x, "y": y}.get(name)
-        field = replace(declared, meaning=f"{curve.field.meaning}: {declared.meaning}")
-        if axis is not None:
+def table_members(table: Variable, precision: Precision) -> Iterator[Variable]:
+    """Yield the members of a curve or a map as variables of their own, x, y and z with the units of its axes."""
+    record = table.field.record
+    assert record is not None
+    axes = iter(table.field.axes)
+    for name, declared in record.fields.items():
+        field = replace(declared, meaning=f"{table.field.meaning}: {declared.meaning}")
+        if declared.kind == "float":
+            axis = next(axes)
             field = replace(field, unit=axis.unit, low=axis.low, high=axis.high)
-        yield Variable(f"{curve.name}.{name}", curve.symbol, curve.offset + _offset(Curve, name, precision), field)
+        yield Variable(f"{table.name}.{name}", table.symbol, table.offset + _offset(record, name, precision), field)

@@ -11,11 +11,11 @@ import numpy as np
 from bitepoint.export.c.driving import Answers, Floats, drive
 from bitepoint.export.c.driving import Sequence as Inputs
 from bitepoint.export.c.sources import Sources, ended, initialiser, number
-from bitepoint.fields import CURVE_POINTS, Field
+from bitepoint.fields import Field
 from bitepoint.kernels.c99.precision import whole_words
 from bitepoint.kernels.c99.text import c_file, comment, indented
 from bitepoint.recording import Recording
-from bitepoint.records import Curve, Record, RecordArray
+from bitepoint.records import Record, RecordArray, tabulated
 from bitepoint.simulation.system import Part
 
 BAD = (np.nan, np.inf, -np.inf, 1e30, -1e30)
@@ -63,15 +63,14 @@ def random(part: Part, runs: Sequence[Inputs]) -> Iterator[Inputs]:
 
 
 def longest(run: Inputs, part: Part) -> Inputs:
-    """Return a recorded run in which every search in a curve goes through all the points that a curve can have."""
+    """Return a recorded run in which every search in a curve or a map goes through all the points that it can have."""
     parameters = run.parameters.copy()
     for path, field in part.parameters_type.table():
-        if field.kind == "curve":
-            x, y = field.axes
-            abscissae = x.low + (x.high - x.low) * np.linspace(0.0, 1e-3, CURVE_POINTS)
-            ordinates = np.full(CURVE_POINTS, np.clip(0.3 * y.high, y.low, 1e4))
-            view = part.parameters_type.locate(parameters, path, part.name)[1]
-            view[...] = Curve.through(abscissae.tolist(), ordinates.tolist())[0]
+        if field.axes:
+            *over, last = field.axes
+            grid = [axis.low + (axis.high - axis.low) * np.linspace(0.0, 1e-3, field.most_points) for axis in over]
+            values = np.full([field.most_points] * len(over), np.clip(0.3 * last.high, last.low, 1e4))
+            part.parameters_type.locate(parameters, path, part.name)[1][...] = tabulated(field, *grid, values)[0]
     return Inputs(f"{run.name}, longest searches", parameters, run.inputs)
 
 
@@ -130,8 +129,8 @@ def _approach(table: Floats, fields: Sequence[Field], rng: np.random.Generator) 
 def _vary(record: Any, kind: type[Record], rng: np.random.Generator, *, revive: bool) -> None:
     """Change numbers of one record at random, within their ranges; `revive` some of those that are 0."""
     for name, field in kind.fields.items():
-        if field.kind == "curve":
-            record[name] = _curve(field, rng)[0]
+        if field.axes:
+            record[name] = _table(field, rng)[0]
         elif field.record is not None:
             for item in np.atleast_1d(record[name]):
                 _vary(item, field.record, rng, revive=revive)
@@ -160,12 +159,15 @@ def _overflow(parameters: RecordArray, part: Part, rng: np.random.Generator) -> 
         view[...] = np.clip(np.where(some, size, numbers), field.low, field.high)
 
 
-def _curve(field: Field, rng: np.random.Generator) -> RecordArray:
-    x, y = field.axes
-    points = int(rng.choice([2, 3, 6, CURVE_POINTS]))
-    reach = x.low + (min(x.high, 1e4) - x.low) * rng.uniform(0.2, 1.0)
-    abscissae = np.sort(rng.uniform(x.low, reach, points))
-    return Curve.through(abscissae.tolist(), rng.uniform(y.low, min(y.high, 1e4), points).tolist())
+def _table(field: Field, rng: np.random.Generator) -> RecordArray:
+    """Return a random curve or map, which may have few points or all that there can be."""
+    *over, last = field.axes
+    grid: list[Floats] = []
+    for axis in over:
+        points = int(rng.choice([2, 3, 6, field.most_points]))
+        reach = axis.low + (min(axis.high, 1e4) - axis.low) * rng.uniform(0.2, 1.0)
+        grid.append(np.sort(rng.uniform(axis.low, reach, points)))
+    return tabulated(field, *grid, rng.uniform(last.low, min(last.high, 1e4), [len(points) for points in grid]))
 
 
 def answers(sources: Sources, sequences: Sequence[Inputs]) -> list[Answers]:

@@ -6,6 +6,7 @@ import inspect
 from collections.abc import Iterable, Iterator
 
 from bitepoint.errors import InputError
+from bitepoint.fields import joined
 from bitepoint.kernels.c99.names import KEYWORDS, Names
 from bitepoint.kernels.c99.precision import Precision
 from bitepoint.kernels.c99.text import WIDTH, comment, indented, plain
@@ -55,10 +56,9 @@ def _lines(record: type[Record], names: Names, precision: Precision) -> Iterator
 
 def describe(field: Field) -> str:
     """Return unit, range and meaning of a field."""
-    if field.kind == "curve":
-        x, y = field.axes
-        axes = f"{y.name} ({y.unit}, {y.low:g} .. {y.high:g}) over {x.name} ({x.unit}, {x.low:g} .. {x.high:g})"
-        return f"{axes}: {field.meaning}"
+    if field.axes:
+        *over, last = (f"{axis.name} ({axis.unit}, {axis.low:g} .. {axis.high:g})" for axis in field.axes)
+        return f"{last} over {joined(over)}: {field.meaning}"
     if field.record is not None:
         return field.meaning
     unit = "" if field.unit == "1" else f"{field.unit}, "
