@@ -5,7 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from bitepoint.controllers import ddpc, ddpc_pso, excitation, launch_intent, launch_mpc, launch_pid, none
+from bitepoint.controllers import (
+    damping_mpc,
+    damping_shaping,
+    ddpc,
+    ddpc_pso,
+    excitation,
+    launch_intent,
+    launch_mpc,
+    launch_pid,
+    none,
+    torque_split,
+    undamped,
+)
 from bitepoint.controllers.controller import Controller
 from bitepoint.kernels import Kernel
 from bitepoint.numerics.filters import butterworth_forward_backward
@@ -20,11 +32,15 @@ PLANTS: Mapping[str, Plant] = {plant.name: plant for plant in (dct.PLANT, p2_hyb
 """All plants, by name."""
 
 CONTROLLERS: Mapping[str, Controller] = {
-    module.CONTROLLER.name: module.CONTROLLER for module in (none, launch_pid, ddpc, ddpc_pso, launch_mpc, excitation)
+    **{
+        module.CONTROLLER.name: module.CONTROLLER
+        for module in (none, launch_pid, ddpc, ddpc_pso, launch_mpc, excitation, damping_mpc, damping_shaping)
+    },
+    "undamped": undamped.CONTROLLER,
 }
-"""All controllers, by key: the name, and the plant behind it where another plant has a controller of that name."""
+"""All controllers, by name; that of a hybrid that does nothing stands as undamped, since `none` is that of a launch."""
 
-SUPERVISORS: Mapping[str, Controller] = {}
+SUPERVISORS: Mapping[str, Controller] = {torque_split.CONTROLLER.name: torque_split.CONTROLLER}
 """Parts between driver and controller, by name."""
 
 
@@ -40,7 +56,9 @@ PEDAL = Channel("pedal", "1", "accelerator pedal, 0 released, 1 fully pressed")
 def signals() -> list[Channel]:
     """Return every signal that plants and controllers show, each once."""
     records = [plant.outputs for plant in PLANTS.values()]
-    records += [controller.command for controller in (*CONTROLLERS.values(), launch_intent.CONTROLLER)]
+    records += [
+        controller.command for controller in (*CONTROLLERS.values(), *SUPERVISORS.values(), launch_intent.CONTROLLER)
+    ]
     found = {f.name: Channel(f.name, f.unit, f.meaning) for record in records for f in record.fields.values()}
     return [PEDAL, *found.values()]
 
@@ -51,12 +69,14 @@ def keys() -> Iterator[tuple[str, Field]]:
         yield from plant.parameters.table()
     for controller in CONTROLLERS.values():
         yield from controller.calibration.table("controller.")
+    for name, supervisor in SUPERVISORS.items():
+        yield from supervisor.calibration.table(f"{name}.")
     yield from Timing.table("timing.")
     yield from LogSettings.table("log.")
 
 
 def all_kernels() -> list[Kernel[..., Any]]:
     """Return every kernel that is compiled for itself: those of all parts, the loop and the filters."""
-    parts = [*PLANTS.values(), *CONTROLLERS.values()]
+    parts = [*PLANTS.values(), *CONTROLLERS.values(), *SUPERVISORS.values()]
     kernels: list[Kernel[..., Any]] = [kernel for part in parts for kernel in (part.init, part.step)]
     return [*kernels, run_lane, butterworth_forward_backward]

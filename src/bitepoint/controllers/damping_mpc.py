@@ -50,7 +50,9 @@ solve = SOLVER.solve
 
 
 @kernel
-def observe(p: DampingMpcParameters, g: DampingGear, s: DampingMpcState, m: DampingMpcMeasurement, w: DampingMpcWork) -> None:
+def observe(
+    p: DampingMpcParameters, g: DampingGear, s: DampingMpcState, m: DampingMpcMeasurement, w: DampingMpcWork
+) -> None:
     """Bring the observed driveline up to now; begin anew in another gear."""
     gear = to_index(m.gear, 0, GEARS)
     if s.gear == gear:
@@ -69,29 +71,27 @@ def observe(p: DampingMpcParameters, g: DampingGear, s: DampingMpcState, m: Damp
 
 
 @kernel
-def look_ahead(g: DampingGear, s: DampingMpcState, w: DampingMpcWork, engine: float, motor: float) -> None:
-    """Write what the future follows from: the driveline when the command will act, requests in N m, and memory."""
+def look_ahead(g: DampingGear, s: DampingMpcState, m: DampingMpcMeasurement, w: DampingMpcWork) -> None:
+    """Write what the future follows from: the driveline when the command will act, requests, and memory."""
     for n in range(8):
         w.ahead.x[n] = s.driveline.x[n]
     for n in range(5):
         if n < s.motor.delay:
-            driveline_predict(g.observer, w.ahead, w.next, engine, s.motor.command[max(s.motor.delay - 1 - n, 0)])
+            driveline_predict(g.observer, w.ahead, w.next, w.engine, s.motor.command[max(s.motor.delay - 1 - n, 0)])
     for n in range(8):
         w.past[n] = w.ahead.x[n]
     w.past[8] = s.shaped.first
     w.past[9] = s.shaped.second
-    w.past[10] = engine + motor
+    w.past[10] = w.engine + clamp(m.motor_torque_base, -5000.0, 5000.0)
     w.past[11] = s.engine_shaped.first
     w.past[12] = s.engine_shaped.second
-    w.past[13] = engine
+    w.past[13] = w.engine
     w.past[14] = s.motor_command
 
 
 @kernel
-def state_programme(
-    p: DampingMpcParameters, g: DampingGear, s: DampingMpcState, w: DampingMpcWork, limit: float, dt: float
-) -> None:
-    """Write the programme of this step for a motor that gives up to `limit`, N m.
+def state_programme(p: DampingMpcParameters, g: DampingGear, s: DampingMpcState, w: DampingMpcWork, dt: float) -> None:
+    """Write the programme of this step.
 
     A torque beyond the limit, which has just fallen, comes back at the rate limit.
     """
@@ -107,8 +107,8 @@ def state_programme(
             w.feed_forward[j] = needed
             w.data.gradient[j] = gradient
             reach = float(j + 1) * change
-            w.data.low[j] = (min(-limit, s.motor_command + reach) - needed) / TORQUE_SCALE
-            w.data.high[j] = (max(limit, s.motor_command - reach) - needed) / TORQUE_SCALE
+            w.data.low[j] = (min(-w.limit, s.motor_command + reach) - needed) / TORQUE_SCALE
+            w.data.high[j] = (max(w.limit, s.motor_command - reach) - needed) / TORQUE_SCALE
             row = min(p.moves + j, 2 * MOVES - 1)
             w.data.low[row] = (-change + before - needed) / TORQUE_SCALE
             w.data.high[row] = (change + before - needed) / TORQUE_SCALE
@@ -123,14 +123,12 @@ def predicted_torque(
     m: DampingMpcMeasurement,
     c: DampingMpcCommand,
     w: DampingMpcWork,
-    engine: float,
-    limit: float,
     dt: float,
 ) -> float:
-    """Return the torque of the motor with the clutch closed, N m, for an engine that is asked for `engine`."""
+    """Return the torque of the motor with the clutch closed, N m."""
     observe(p, g, s, m, w)
-    look_ahead(g, s, w, engine, m.motor_torque_base)
-    state_programme(p, g, s, w, limit, dt)
+    look_ahead(g, s, m, w)
+    state_programme(p, g, s, w, dt)
     status = solve(g.matrices, w.data, w.work, w.solution)
     c.solver_status = float(status)
     c.torsional_speed_estimate = s.driveline.x[2] / g.ratio - s.driveline.x[4]
@@ -203,30 +201,31 @@ def step(
     if is_finite(asked) and is_finite(speeds) and is_finite(m.motor_torque + m.motor_torque_limit):
         status = 0
         slipping = excess_slip(p, m)
-        engine = clamp(m.engine_torque_base, -5000.0, 5000.0)
+        asked_engine = clamp(m.engine_torque_base, -5000.0, 5000.0)
         released = p.calibration.slip_release * dt if slipping == 0.0 else 0.0
         taken = s.taken_away + p.calibration.slip_rate * slipping * dt - released
-        s.taken_away = clamp(taken, 0.0, max(engine, 0.0))
-        engine = engine - s.taken_away
+        s.taken_away = clamp(taken, 0.0, max(asked_engine, 0.0))
+        w.engine = asked_engine - s.taken_away
         motor = clamp(m.motor_torque_base, -5000.0, 5000.0)
-        limit = clamp(m.motor_torque_limit, 0.0, p.torque_limit)
-        gear = to_index(m.gear, 0, GEARS)
+        w.limit = clamp(m.motor_torque_limit, 0.0, p.torque_limit)
+        place = to_index(m.gear - 1.0, 0, GEARS - 1)
+        engaged = m.gear > 0.5 and p.gear[place].matrices.usable == 1
         motor_delay_measure(s.motor, p.motor_share, m.motor_torque)
         c.solver_status = 0.0
         torque = motor
-        if gear > 0 and p.gear[gear - 1].matrices.usable == 1 and m.clutch_torque_command > 0.0:
-            torque = predicted_torque(p, p.gear[gear - 1], s, m, c, w, engine, limit, dt)
+        if engaged and m.clutch_torque_command > 0.0:
+            torque = predicted_torque(p, p.gear[place], s, m, c, w, dt)
         else:
             s.gear = 0
-            if gear > 0 and p.gear[gear - 1].matrices.usable == 1:
-                torque = open_torque(p, p.gear[gear - 1], s, m, c)
-        shaping_step(s.shaped, engine + motor, p.shaping_share)
-        shaping_step(s.engine_shaped, engine, p.shaping_share)
+            if engaged:
+                torque = open_torque(p, p.gear[place], s, m, c)
+        shaping_step(s.shaped, w.engine + motor, p.shaping_share)
+        shaping_step(s.engine_shaped, w.engine, p.shaping_share)
         change = p.rate_limit * dt
-        torque = clamp(torque - p.calibration.slip_gain * slipping, -limit, limit)
+        torque = clamp(torque - p.calibration.slip_gain * slipping, -w.limit, w.limit)
         s.motor_command = clamp(torque, s.motor_command - change, s.motor_command + change)
         motor_delay_command(s.motor, s.motor_command)
-        s.engine_request = s.engine_shaped.second if p.calibration.shape_engine == 1 else engine
+        s.engine_request = s.engine_shaped.second if p.calibration.shape_engine == 1 else w.engine
         c.engine_torque_request = s.engine_request
         c.motor_torque_command = s.motor_command
         c.correction_torque = s.motor_command - motor

@@ -15,7 +15,6 @@ import numpy as np
 from bitepoint.controllers.damping_mpc_records import (
     DISCRETISATIONS,
     GEARS,
-    MOVES,
     PAST,
     SOLVER,
     TORQUE_SCALE,
@@ -23,9 +22,9 @@ from bitepoint.controllers.damping_mpc_records import (
     DampingMpcParameters,
 )
 from bitepoint.errors import InputError
-from bitepoint.estimation.driveline import design_driveline_observer
+from bitepoint.estimation.driveline import STATES, design_driveline_observer
 from bitepoint.estimation.motor_delay import DELAYS
-from bitepoint.models.driveline import ENGINE_TORQUE, STATES, DrivelineModel
+from bitepoint.models.driveline import ENGINE_TORQUE, DrivelineModel
 from bitepoint.recording import Floats
 from bitepoint.records import RecordArray
 
@@ -48,6 +47,7 @@ def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
     motor = vehicle["motor"]
     any_gear = models[gears[0]]
     parameters["calibration"] = calibration
+    parameters["gear"]["matrices"]["variables"] = 1  # of a gear that there is not
     parameters["motor_share"] = 1.0 - np.exp(-PERIOD / any_gear.motor_lag)
     parameters["motor_delay"] = min(round(float(motor["delay"][0]) / PERIOD), DELAYS - 1)
     parameters["torque_limit"], parameters["rate_limit"] = motor["torque_limit"], motor["torque_rate_limit"]
@@ -66,12 +66,12 @@ def _design_one(parameters: RecordArray, calibration: np.void, models: dict[int,
     time = float(calibration["engine_shaping_time" if shape_engine else "shaping_time"])
     share = 1.0 - np.exp(-PERIOD / time) if time > 0.0 else 1.0
     parameters["moves"], parameters["shaping_time"], parameters["shaping_share"] = moves, time, share
-    weights = tuple(float(calibration[name]) for name in ("q", "r", "rho"))
-    noise = tuple(float(calibration[f"{name}_speed_noise"]) for name in ("engine", "motor", "wheel"))
+    weights = (float(calibration["q"]), float(calibration["r"]), float(calibration["rho"]))
+    engine, motor, wheel = (float(calibration[f"{name}_speed_noise"]) for name in ("engine", "motor", "wheel"))
     for gear, model in models.items():
         euler = _euler(int(calibration["discretisation"]), gear, model)
         each = parameters["gear"][:, gear - 1]
-        each["observer"] = _observer(model, noise, euler)
+        each["observer"] = _observer(model, (engine, motor, wheel), euler)
         each["ratio"] = model.ratio
         each["clutch_twist"] = 1.0 / model.clutch_stiffness
         each["halfshaft_twist"] = model.ratio / model.halfshaft_stiffness
@@ -161,11 +161,10 @@ class _Future:
     @property
     def _free(self) -> Floats:
         a, _ = self.model.difference(PERIOD, euler=self.euler)
-        rows, row = [], self.model.output
+        rows = [self.model.output]
         for _ in range(self.horizon):
-            row = row @ a
-            rows.append(row)
-        return np.array(rows)
+            rows.append(rows[-1] @ a)
+        return np.array(rows[1:])
 
     @property
     def _responses(self) -> tuple[Floats, Floats]:
@@ -214,4 +213,3 @@ class _Future:
         for row in request:
             torque.append(torque[-1] + share * (row - torque[-1]))
         return np.array(torque)
-

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from bitepoint.controllers.torque_shaping import ShapedTorque
 from bitepoint.estimation.driveline import DrivelineEstimate, DrivelineObserver
 from bitepoint.estimation.motor_delay import MotorDelayState
@@ -27,7 +29,14 @@ correction that the source shows for both (its units are lost)."""
 
 DISCRETISATIONS = ("zero_order_hold", "euler", "euler_unchecked")
 SOLVER = qp_solver(MOVES, ROWS)
-Qp10x20Matrices, Qp10x20Data, Qp10x20Work, Qp10x20Solution = SOLVER.matrices, SOLVER.data, SOLVER.work, SOLVER.solution
+if TYPE_CHECKING:
+    from bitepoint.numerics.qp_records import QpData as Qp10x20Data
+    from bitepoint.numerics.qp_records import QpMatrices as Qp10x20Matrices
+    from bitepoint.numerics.qp_records import QpSolution as Qp10x20Solution
+    from bitepoint.numerics.qp_records import QpWork as Qp10x20Work
+else:
+    Qp10x20Matrices, Qp10x20Data = SOLVER.matrices, SOLVER.data
+    Qp10x20Work, Qp10x20Solution = SOLVER.work, SOLVER.solution
 
 
 class DampingMpcCalibration(Record):
@@ -137,6 +146,8 @@ class DampingMpcCommand(Record):
 class DampingMpcWork(Record):
     """Scratch: what the future follows from, and the programme of a step."""
 
+    engine: float = quantity("N*m", -5000, 5000, "what the engine is to be asked for, the slip reckoned with")
+    limit: float = quantity("N*m", 0, 5000, "torque that the motor can give now")
     past: FloatArray = quantity("1", -1e12, 1e12, "numbers that the future follows from", shape=(PAST,))
     ahead: DrivelineEstimate = nested(DrivelineEstimate, "driveline when the command will act")
     next: DrivelineEstimate = nested(DrivelineEstimate, "scratch of the prediction")

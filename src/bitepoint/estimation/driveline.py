@@ -80,7 +80,7 @@ def design_driveline_observer(
     """
     from scipy.linalg import solve_discrete_are  # pyright: ignore[reportUnknownVariableType]
 
-    a, b = model.difference(period)
+    a = model.difference(period)[0]
     c = np.eye(STATES)[[ENGINE_SPEED, MOTOR_SPEED, WHEEL_SPEED]]
     uncertainty, variance = np.diag(PROCESS_NOISE**2 * period), np.diag(np.square(noise))
     covariance = cast("Any", solve_discrete_are)(a.T, c.T, uncertainty, variance)

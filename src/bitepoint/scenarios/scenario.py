@@ -90,8 +90,8 @@ LONGEST_HOLD = 100_000.0
 _TEXTS = ("plant", "vehicle", "controller", "metrics", "intent")
 _OPTIONAL = {"meaning": "", "signal": "pedal", "at_end": TIMED_OUT}
 _KEYS = (
-    "meaning", *_TEXTS, "intents", "signal", "given", "supervisors", "road", "start", "timing", "stop", "at_end", "runs",
-    "log",
+    "meaning", *_TEXTS, "intents", "signal", "given", "supervisors", "road", "start", "timing", "stop", "at_end",
+    "runs", "log",
 )  # fmt: skip
 _RULE_KEYS = {"status", "signal", "above", "below", "hold", "reason"}
 
