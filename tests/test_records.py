@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bitepoint.errors import InputError
 from bitepoint.records import (
     CURVE_POINTS,
     MAP_POINTS,
@@ -423,3 +424,26 @@ def test_values_with_names_tell_them_in_their_meaning() -> None:
 def test_names_that_do_not_fit_the_range_are_refused(names: tuple[str, ...]) -> None:
     with pytest.raises(TypeError, match=r"a different one for each value in 0\.\.1"):
         count(0, 1, "sense", names=names)
+
+
+class Modes(Record):
+    """A flag and a mode."""
+
+    active: int = count(0, 1, "on", default=0)
+    mode: int = count(2, 4, "mode", default=2, names=("low", "middle", "high"))
+
+
+@pytest.mark.parametrize(("given", "found"), [("true", 1), (True, 1), ("False", 0), (1, 1), ("0", 0)])
+def test_a_flag_is_true_or_false(given: object, found: int) -> None:
+    assert Modes.parse({"active": given}, "x")["active"][0] == found
+
+
+@pytest.mark.parametrize(("given", "found"), [("middle", 3), (4, 4), ("2", 2)])
+def test_a_mode_is_given_by_name_or_number(given: object, found: int) -> None:
+    assert Modes.parse({"mode": given}, "x")["mode"][0] == found
+
+
+@pytest.mark.parametrize("block", [{"mode": "highest"}, {"mode": True}, {"mode": 5}, {"active": "yes"}, {"active": 2}])
+def test_what_is_no_mode_and_no_flag_is_refused(block: dict[str, object]) -> None:
+    with pytest.raises(InputError, match=r"expected (one of low, middle, high|a whole number in 0\.\.1)"):
+        Modes.parse(block, "x")

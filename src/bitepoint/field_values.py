@@ -34,6 +34,8 @@ def scalar(field: Field, value: Any, where: str, key: str, assumed: str | None =
         InputError: it is none, of another dimension, out of range, or no whole number where one is wanted.
     """
     plain = cast("object", value.item()) if isinstance(value, np.generic) else value
+    if field.kind == "int":
+        plain = _told(field, plain)
     try:
         number = parse(plain, field.unit, assumed)
     except UnitError as error:
@@ -43,6 +45,15 @@ def scalar(field: Field, value: Any, where: str, key: str, assumed: str | None =
     if field.kind == "int" and number != int(number):
         raise InputError(where, f"{key}: got {brief(plain)}", field.expected())
     return number
+
+
+def _told(field: Field, value: object) -> object:
+    """Return the number that the name of a value stands for, or true or false for a flag; anything else as it is."""
+    if isinstance(value, str) and value in field.names:
+        return int(field.low) + field.names.index(value)
+    if (field.low, field.high, field.names) == (0, 1, ()):
+        return {"true": 1, "false": 0}.get(str(value).lower(), value)
+    return value
 
 
 def array(field: Field, value: object, where: str, key: str) -> Numbers:

@@ -69,6 +69,8 @@ class Field:
             return "expected a block of keys"
         if self.axes:
             return f"expected a block with {joined([f'{axis.name} ({axis.unit})' for axis in self.axes])}"
+        if self.kind == "int" and self.names and not self.shape:
+            return f"expected one of {', '.join(self.names)}"
         noun = "a whole number" if self.kind == "int" else "a number"
         many = "" if not self.shape else " x ".join(str(size) for size in self.shape) + " times "
         many = f"up to {many}" if self.padded else many
