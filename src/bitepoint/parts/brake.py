@@ -16,7 +16,7 @@ class Brake(Record):
     torque_limit: float = quantity("N*m", 1, 1e5, "highest torque that can be commanded, all wheels")
     lag: float = quantity("s", 0.001, 1, "time constant with which the torque follows", default=0.05)
     stiffness: float = quantity("N*m/rad", 100, 1e6, "of caliper and mounting, at the wheel", default=3e4)
-    damping: float = quantity("N*m*s/rad", 10, 1e5, "beside the stiffness", default=600.0)
+    damping: float = quantity("N*m*s/rad", 10, 1e5, "beside the stiffness", default=2000.0)
 
 
 @kernel

@@ -20,11 +20,11 @@ from bitepoint.numerics.dead_time import delayed, start_dead_time
 from bitepoint.numerics.integration import clearer, runge_kutta_4
 from bitepoint.parts.amt import ENGAGING_BAND, meshing_loss_torque, synchroniser_torque
 from bitepoint.parts.brake import brake_rate
-from bitepoint.parts.motor import rate_limited, torque_bound
+from bitepoint.parts.motor import electric_power, rate_limited, torque_bound, warming
 from bitepoint.parts.separating_clutch import separating_capacity
 from bitepoint.parts.shaft import shaft_energy, shaft_loss, shaft_torque
 from bitepoint.parts.slider import slider_torque, twist_rate
-from bitepoint.parts.torque_engine import idle_torque, torque_rate
+from bitepoint.parts.torque_engine import fuel_flow, idle_torque, torque_rate
 from bitepoint.parts.tyre import tyre_force, tyre_slip
 from bitepoint.plants.p2_hybrid_modes import (
     NEUTRAL_RELAXATION,
@@ -49,7 +49,7 @@ from bitepoint.records import RecordArray
 
 @kernel
 def drive_rates(p: P2Parameters, m: P2Mode, x: P2Motion, d: P2Motion) -> None:
-    """Write the rates of the torques of engine, motor and brake into `d`, and the power of the first two."""
+    """Write the rates of the torques of engine, motor and brake into `d`, and what the first two do and take."""
     governed = idle_torque(p.engine, x.engine_speed)
     wanted = governed if m.idling == 1 else max(m.engine_request, governed)
     d.engine_torque = torque_rate(p.engine, wanted, x.engine_speed, x.engine_torque)
@@ -58,6 +58,9 @@ def drive_rates(p: P2Parameters, m: P2Mode, x: P2Motion, d: P2Motion) -> None:
     d.brake_torque = brake_rate(p.brake, m.brake_command, x.brake_torque)
     d.engine_work = x.engine_torque * x.engine_speed
     d.motor_work = x.motor_torque * x.motor_speed
+    d.fuel_used = fuel_flow(p.engine, x.engine_speed, x.engine_torque)
+    d.electric_energy = electric_power(p.motor, x.motor_torque, x.motor_speed)
+    d.motor_temperature = warming(p.motor, d.electric_energy - d.motor_work, x.motor_temperature)
 
 
 @kernel
@@ -201,8 +204,14 @@ def observe_vehicle(p: P2Parameters, s: P2State, y: P2Outputs, w: P2Work) -> Non
 
 
 @kernel
-def observe_energy(p: P2Parameters, s: P2State, y: P2Outputs) -> None:
-    """Write the outputs that the audit is made of."""
+def observe_energy(p: P2Parameters, s: P2State, y: P2Outputs, w: P2Work) -> None:
+    """Write the outputs of fuel, electricity, and what the audit is made of; the rates are in `w.slope`."""
+    y.motor_voltage = p.motor.voltage
+    y.motor_current = w.slope.electric_energy / p.motor.voltage
+    y.motor_temperature = s.motion.motor_temperature
+    y.fuel_flow = w.slope.fuel_used
+    y.fuel_used = s.motion.fuel_used
+    y.electric_energy = s.motion.electric_energy
     y.engine_work = s.motion.engine_work
     y.motor_work = s.motion.motor_work
     y.friction_heat = s.motion.clutch_heat + s.motion.synchroniser_heat
@@ -217,7 +226,7 @@ def observe(p: P2Parameters, s: P2State, y: P2Outputs, w: P2Work) -> None:
     rates(p, s.mode, s.motion, w.slope)
     observe_driveline(p, s, y, w)
     observe_vehicle(p, s, y, w)
-    observe_energy(p, s, y)
+    observe_energy(p, s, y, w)
 
 
 @kernel
@@ -230,6 +239,7 @@ def init(p: P2Parameters, s: P2State, u: P2Inputs, y: P2Outputs, w: P2Work) -> N
     u.brake_torque_command = 0.0
     u.gear_command = 0.0
     prepare(p, s.mode)
+    s.motion.motor_temperature = p.motor.temperature
     s.motion.speed = p.start.speed
     s.motion.wheel_speed = p.start.speed / p.vehicle.wheel_radius
     s.motion.motor_speed = s.mode.ratio * s.motion.wheel_speed

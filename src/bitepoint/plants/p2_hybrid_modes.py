@@ -66,8 +66,8 @@ def follow_gear(p: P2Parameters, m: P2Mode, command: float) -> None:
 @kernel
 def limit_motor(p: P2Parameters, s: P2State) -> None:
     """Write into the mode what the motor can give, as hot as it is."""
-    s.mode.motor_peak = p.motor.torque_limit * hot_share(p.motor, p.motor.temperature)
-    s.mode.motor_power = power_now(p.motor, p.motor.temperature)
+    s.mode.motor_peak = p.motor.torque_limit * hot_share(p.motor, s.motion.motor_temperature)
+    s.mode.motor_power = power_now(p.motor, s.motion.motor_temperature)
 
 
 @kernel

@@ -59,7 +59,10 @@ class P2Motion(Record):
     engine_torque: float = quantity("N*m", -500, 5000, "engine")
     motor_torque: float = quantity("N*m", -5000, 5000, "motor")
     brake_torque: float = quantity("N*m", 0, 1e5, "what the brake can hold")
+    motor_temperature: float = quantity("K", 0, 2000, "winding of the motor")
     distance: float = quantity("m", -1e6, 1e6, "way of the vehicle")
+    fuel_used: float = quantity("kg", 0, 1e6, "fuel")
+    electric_energy: float = quantity("J", -1e9, 1e9, "drawn from the bus")
     engine_work: float = quantity("J", -1e9, 1e9, "work of the engine")
     motor_work: float = quantity("J", -1e9, 1e9, "work of the motor at its shaft")
     clutch_heat: float = quantity("J", 0, 1e9, "heat of the slipping clutch")
@@ -155,6 +158,12 @@ class P2Outputs(Record):
     gear_ratio: float = quantity(
         "1", 0, 2500, "input speed over wheel speed in the gear; while shifting, in the next one"
     )
+    motor_current: float = quantity("A", -1e6, 1e6, "current from the bus; below 0 generating")
+    motor_voltage: float = quantity("V", 0, 2000, "voltage of the bus")
+    motor_temperature: float = quantity("K", 0, 2000, "temperature of the winding of the motor")
+    fuel_flow: float = quantity("kg/s", 0, 1, "fuel that the engine takes")
+    fuel_used: float = quantity("kg", 0, 1e6, "fuel since the start")
+    electric_energy: float = quantity("J", -1e9, 1e9, "energy drawn from the bus since the start")
     engine_work: float = quantity("J", -1e9, 1e9, "work of the engine since the start")
     motor_work: float = quantity("J", -1e9, 1e9, "work of the motor at its shaft since the start")
     friction_heat: float = quantity("J", 0, 1e9, "heat of clutch, synchroniser, brake and tyres since the start")
