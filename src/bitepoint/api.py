@@ -42,6 +42,7 @@ class Result:
         metrics: figures of merit by name, each with .value (None where it does not exist) and .unit.
         recording: all signals over time; of the first run where there are many.
         logs: of a scenario of many runs: their logs by name.
+        family: of its figures: "launch", "driveline" or "excitation".
     """
 
     scenario: str
@@ -50,16 +51,18 @@ class Result:
     metrics: Metrics
     recording: Recording
     logs: Mapping[str, Recording] = field(default_factory=dict[str, Recording])
+    family: str = "launch"
 
     def figure(self) -> Any:
         """Return the interactive picture, a plotly Figure."""
-        if self.logs:
-            from bitepoint.report.excitation import excitation_figure
-
-            return excitation_figure(self.logs)
+        from bitepoint.report.driveline import driveline_figure
+        from bitepoint.report.excitation import excitation_figure
         from bitepoint.report.launch import launch_figure
 
-        return launch_figure(self.recording, f"{self.scenario}: {self.status}, {self.reason}")
+        if self.logs:
+            return excitation_figure(self.logs)
+        draw = driveline_figure if self.family == "driveline" else launch_figure
+        return draw(self.recording, f"{self.scenario}: {self.status}, {self.reason}")
 
     def to_json(self) -> dict[str, Any]:
         """Return what `bitepoint run --json` prints."""
@@ -69,18 +72,17 @@ class Result:
     def save(self, folder: str | Path) -> list[Path]:
         """Write recordings, metrics.json and an HTML page into `folder`, made if needed; return their paths.
 
-        One run is recording.parquet and launch.html; many are a Parquet file for each log, and excitation.html. Logs
-        that an earlier call wrote there are replaced, all of them.
+        One run is recording.parquet and launch.html or driveline.html; many are a Parquet file for each log, and
+        excitation.html. Logs that an earlier call wrote there are replaced, all of them.
 
         Raises:
             InputError: the folder cannot be written.
         """
         target = Path(folder)
-        name = "excitation" if self.logs else "launch"
         page = self._page()
         recordings = self.logs or {"recording": self.recording}
         files = {target / f"{each}.parquet": recording for each, recording in recordings.items()}
-        paths = [*files, target / "metrics.json", target / f"{name}.html"]
+        paths = [*files, target / "metrics.json", target / f"{self.family}.html"]
         try:
             target.mkdir(parents=True, exist_ok=True)
             if self.logs:
@@ -95,13 +97,14 @@ class Result:
         return paths
 
     def _page(self) -> str:
-        if self.logs:
-            from bitepoint.report.excitation import excitation_page
-
-            return excitation_page(self.logs, self.metrics, self.status, self.reason)
+        from bitepoint.report.driveline import driveline_page
+        from bitepoint.report.excitation import excitation_page
         from bitepoint.report.launch import launch_page
 
-        return launch_page(self.recording, self.metrics, self.status, self.reason)
+        if self.logs:
+            return excitation_page(self.logs, self.metrics, self.status, self.reason)
+        write = driveline_page if self.family == "driveline" else launch_page
+        return write(self.recording, self.metrics, self.status, self.reason)
 
 
 @dataclass(frozen=True)
@@ -358,7 +361,8 @@ def _result(assembly: Assembly, lane: LaneResult[Metrics], seed: int) -> Result:
     recording, metrics = replace(lane.recording, about=about), lane.figures
     if assembly.bound:
         metrics = {**metrics, "bound_ratio": bound_ratio(assembly.system.plant.parameters, lane.status, metrics)}
-    return Result(assembly.scenario.name, lane.status, lane.reason, metrics, recording)
+    family = assembly.scenario.metrics
+    return Result(assembly.scenario.name, lane.status, lane.reason, metrics, recording, family=family)
 
 
 __all__ = ["BatchResult", "Identification", "Metric", "Result", "identify", "run", "run_batch"]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bitepoint.assembly import CONTROLLERS, PLANTS
+from bitepoint.assembly import CONTROLLERS, PLANTS, SUPERVISORS
 from bitepoint.controllers.controller import Controller
 from bitepoint.kernels import Life
 from bitepoint.plants.plant import Plant
@@ -32,8 +32,8 @@ def plants_with_vehicles() -> Iterator[tuple[Plant, str]]:
 
 
 def controllers_with_calibrations() -> Iterator[tuple[Controller, str]]:
-    """Every controller with every calibration that ships."""
-    for controller in CONTROLLERS.values():
+    """Every controller and supervisor with every calibration that ships."""
+    for controller in (*CONTROLLERS.values(), *SUPERVISORS.values()):
         for calibration in controller.calibrations():
             yield controller, calibration
 
@@ -45,8 +45,13 @@ def nominal(plant: Plant, vehicle: str) -> RecordArray:
     return plant.parameters.parse({**load_vehicle(name).blocks, **switched, "road": {}}, vehicle)
 
 
-def designed(controller: Controller, calibration: str, vehicle: str = "dct-t240") -> RecordArray:
+VEHICLES = {"dct": "dct-t240", "p2_hybrid": "p2-suv"}
+"""The library vehicle of each plant that its controllers are tried with."""
+
+
+def designed(controller: Controller, calibration: str, vehicle: str = "") -> RecordArray:
     """The parameters of a controller designed for a library vehicle."""
+    vehicle = vehicle or VEHICLES[controller.plants[0]]
     values = {key: value for key, value in controller.calibrations()[calibration].items() if key != "source"}
     parsed = controller.calibration.parse(values, calibration)
     return controller.design(nominal(PLANTS[load_vehicle(vehicle).plant], vehicle), parsed)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bitepoint.assembly import PLANTS
 from bitepoint.controllers.controller import Controller
 from bitepoint.kernels import Life
 from tests.conftest import OTHER_LIVES, needs_c
@@ -18,19 +19,46 @@ from tests.contracts.harness import (
 )
 
 CASES = list(controllers_with_calibrations())
-each_controller = pytest.mark.parametrize(
-    ("controller", "calibration"), CASES, ids=[f"{c.name}-{calibration}" for c, calibration in CASES]
-)
+
+
+def cases(plant: str = "", signal: str = "") -> pytest.MarkDecorator:
+    """Parametrize a test by controllers and calibrations: all, or those of a plant that see or command a signal."""
+
+    def wanted(controller: Controller) -> bool:
+        signals = {**controller.measurement.fields, **controller.command.fields}
+        return (not plant or plant in controller.plants) and (not signal or signal in signals)
+
+    chosen = [(controller, calibration) for controller, calibration in CASES if wanted(controller)]
+    ids = [
+        f"{c.name}-{calibration}" if "dct" in c.plants else f"{c.name}.p2-{calibration}" for c, calibration in chosen
+    ]
+    return pytest.mark.parametrize(("controller", "calibration"), chosen, ids=ids)
+
+
+each_controller = cases()
+
+
+def plausible(controller: Controller, k: int, rng: np.random.Generator) -> dict[str, float]:
+    """What might be measured in step k; 0 for what is not named."""
+    if "dct" in controller.plants:
+        return {"pedal": 0.3, "engine_speed": 120.0 + rng.normal(), "clutch_speed": 1.2 * k}
+    asked = 440.0 if k // 40 % 2 else -40.0  # steps of the driver, in 2nd gear of the hybrid
+    speed = 160.0 + 0.5 * k + rng.normal()
+    return {
+        "torque_request": asked, "engine_torque_base": 0.7 * asked, "motor_torque_base": 0.3 * asked, "gear": 2.0,
+        "clutch_torque_command": 0.0 if k // 70 % 3 == 2 else 600.0, "engine_speed": speed, "motor_speed": speed,
+        "wheel_speed": speed / 10.5, "vehicle_speed": 0.3 * speed / 10.5, "motor_torque_limit": 300.0,
+    }  # fmt: skip
 
 
 def sequence(controller: Controller, lanes: int, steps: int, seed: int = 1) -> list[dict[str, np.ndarray]]:
-    """Measurements over the declared ranges, half of them a plausible launch."""
+    """Measurements over the declared ranges, half of them plausible."""
     rng = np.random.default_rng(seed)
     wild = [random_signals(controller.measurement, rng, (lanes,)) for _ in range(steps)]
     for k, values in enumerate(wild):
+        chosen = plausible(controller, k, rng)
         for name in values:
-            plausible = {"pedal": 0.3, "engine_speed": 120.0 + rng.normal(), "clutch_speed": 1.2 * k}.get(name, 0.0)
-            values[name][: lanes // 2] = plausible
+            values[name][: lanes // 2] = chosen.get(name, 0.0)
     return wild
 
 
@@ -44,7 +72,7 @@ def test_commands_stay_in_their_declared_ranges(controller: Controller, calibrat
             assert (bench.c[name] <= field.high).all(), name
 
 
-@each_controller
+@cases("dct")
 def test_clutch_torque_keeps_limit_and_rate(controller: Controller, calibration: str) -> None:
     bench = ControllerBench(controller, np.repeat(designed(controller, calibration), 64))
     clutch = nominal_clutch()
@@ -58,12 +86,45 @@ def test_clutch_torque_keeps_limit_and_rate(controller: Controller, calibration:
 
 
 def nominal_clutch() -> np.void:
-    from bitepoint.assembly import PLANTS
-
     return nominal(PLANTS["dct"], "dct-t240")["clutch"][0]
 
 
-@each_controller
+@cases("p2_hybrid", "motor_torque_limit")
+def test_motor_torque_keeps_limit_and_rate(controller: Controller, calibration: str) -> None:
+    if (
+        "correction_torque" not in controller.command.fields
+        or "motor_torque_limit" not in controller.measurement.fields
+    ):
+        pytest.skip("passes on what it is asked for")
+    bench = ControllerBench(controller, np.repeat(designed(controller, calibration), 64))
+    motor = nominal(PLANTS["p2_hybrid"], "p2-suv")["motor"][0]
+    last = bench.c["motor_torque_command"].copy()
+    for values in sequence(controller, 64, 300):
+        bench.step(**values)
+        now = bench.c["motor_torque_command"]
+        assert np.abs(now).max() <= motor["torque_limit"]
+        assert np.abs(now - last).max() <= motor["torque_rate_limit"] * controller.period + 1e-9
+        last = now.copy()
+
+
+@cases("p2_hybrid", "correction_torque")
+def test_a_driveline_that_does_not_swing_is_left_alone(controller: Controller, calibration: str) -> None:
+    bench = ControllerBench(controller, designed(controller, calibration))
+    still = {
+        "engine_torque_base": 10.0, "motor_torque_base": 0.0, "gear": 2.0, "clutch_torque_command": 600.0,
+        "engine_speed": 210.0, "motor_speed": 210.0, "wheel_speed": 20.0, "vehicle_speed": 6.4,
+        "motor_torque": 0.0, "motor_torque_limit": 300.0,
+    }  # fmt: skip
+    chosen = {name: still[name] for name in controller.measurement.fields}
+    for name, value in chosen.items():
+        bench.m[name] = value
+    bench.init()
+    for _ in range(300):
+        bench.step(**chosen)
+    assert abs(bench.c["correction_torque"][0]) < 2.0
+
+
+@cases("dct")
 def test_does_nothing_while_the_driver_does_nothing(controller: Controller, calibration: str) -> None:
     bench = ControllerBench(controller, designed(controller, calibration))
     first = bench.c["throttle"][0]
@@ -78,7 +139,7 @@ def test_init_forgets_the_past(controller: Controller, calibration: str) -> None
     used = ControllerBench(controller, designed(controller, calibration))
     for values in sequence(controller, 1, 200):
         used.step(**values)
-    used.m["pedal"] = 0.0
+    used.m.view(np.float64)[...] = 0.0
     used.init()
     fresh = ControllerBench(controller, designed(controller, calibration))
     for values in sequence(controller, 1, 100, seed=2):
@@ -121,7 +182,7 @@ def test_lives_agree_to_the_bit(controller: Controller, calibration: str, life: 
     lives = [ControllerBench(controller, designed(controller, calibration), other) for other in ("compiled", life)]
     for number, values in enumerate(sequence(controller, 1, 1000)):
         if number % 97 == 0:
-            values = {**values, "pedal": np.array([np.nan])}
+            values = {**values, next(iter(values)): np.array([np.nan])}
         statuses = [bench.step(**values)[0] for bench in lives]
         assert statuses[0] == statuses[1]
         assert same_bits(lives[0].c, lives[1].c)

@@ -1,7 +1,18 @@
 """Putting a vehicle, a controller and a manoeuvre together by name: the one room that knows the concrete ones."""
 
 from bitepoint.assembly.bound import bound_ratio
-from bitepoint.assembly.catalogue import CONTROLLERS, PLANTS, all_kernels, keys, signals
+from bitepoint.assembly.catalogue import (
+    CONTROLLERS,
+    PLANTS,
+    SUPERVISORS,
+    all_kernels,
+    controllers_for,
+    keys,
+    signals,
+)
 from bitepoint.assembly.composition import Assembly, Lanes, assemble
 
-__all__ = ["CONTROLLERS", "PLANTS", "Assembly", "Lanes", "all_kernels", "assemble", "bound_ratio", "keys", "signals"]
+__all__ = [
+    "CONTROLLERS", "PLANTS", "SUPERVISORS", "Assembly", "Lanes", "all_kernels", "assemble", "bound_ratio",
+    "controllers_for", "keys", "signals",
+]  # fmt: skip

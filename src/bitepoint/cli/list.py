@@ -46,10 +46,12 @@ def _scenarios() -> Mapping[str, str]:
 def _controllers() -> Mapping[str, str]:
     from bitepoint.assembly import CONTROLLERS
 
-    return {
-        name: f"{controller.meaning}; calibrations: {', '.join(controller.calibrations())}"
-        for name, controller in CONTROLLERS.items()
-    }
+    found: dict[str, str] = {}
+    for controller in CONTROLLERS.values():
+        meaning = f"{controller.meaning}; calibrations: {', '.join(controller.calibrations())}"
+        said = f"{', '.join(controller.plants)}: {meaning}"
+        found[controller.name] = f"{found[controller.name]}. {said}" if controller.name in found else said
+    return found
 
 
 def _signals() -> Mapping[str, str]:

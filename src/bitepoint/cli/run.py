@@ -35,8 +35,9 @@ def run(
     about = result.recording.about
     typer.echo(f"{result.scenario}: {about['vehicle']}, controller {about['controller']}")
     typer.echo(f"{result.status}: {result.reason}")
+    width = max(map(len, result.metrics), default=0)
     for name, metric in result.metrics.items():
-        typer.echo(f"  {name:<20} {metric}")
+        typer.echo(f"  {name:<{width}} {metric}")
     if result.logs:
         if paths:
             typer.echo(f"wrote {len(result.logs)} logs, metrics.json and excitation.html into {out}")

@@ -28,7 +28,7 @@ MOST_TICKS = 2_000_000
 """Longest run: above an hour at the default tick."""
 
 SENTENCES = {
-    loop.TIMED_OUT: ("", "no stop rule held within {duration:g} s"),
+    loop.TIMED_OUT: ("timed out", "no stop rule held within {duration:g} s"),
     loop.NOT_FINITE: ("not finite", "an output of {part} was no finite number at {time:.3f} s"),
     loop.FAULT: ("not finite", "{part} refused its inputs at {time:.3f} s"),
 }
@@ -273,5 +273,7 @@ def _sentence(system: System, outcome: Any) -> tuple[str, str]:
         rule = system.rules[number]
         return rule.status, f"{rule.reason}, {time - rule.hold:.3f} s into the run"
     status, text = SENTENCES[number]
+    if number == loop.TIMED_OUT and system.at_end != status:
+        return system.at_end, f"{system.duration:g} s were run"
     part = system.parts[int(outcome["block"])].name
-    return status or system.at_end, text.format(duration=system.duration, part=part, time=time)
+    return status, text.format(duration=system.duration, part=part, time=time)
