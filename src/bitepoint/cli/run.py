@@ -35,7 +35,7 @@ def run(
     about = result.recording.about
     typer.echo(f"{result.scenario}: {about['vehicle']}, controller {about['controller']}")
     typer.echo(f"{result.status}: {result.reason}")
-    width = max(map(len, result.metrics), default=0)
+    width = max([20, *map(len, result.metrics)])
     for name, metric in result.metrics.items():
         typer.echo(f"  {name:<{width}} {metric}")
     if result.logs:

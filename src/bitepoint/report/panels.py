@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from typing import Any
 
@@ -13,7 +14,10 @@ Line = tuple[str, str, float, str, str]
 Panel = tuple[str, Sequence[Line]]
 """Text of the axis with its unit, and the lines."""
 
-RPM = 60.0 / (2.0 * 3.141592653589793)
+RPM = 60.0 / (2.0 * math.pi)
+
+MOST_POINTS = 10_000
+"""Points of a line; of longer ones every second, third, ... point is drawn."""
 
 
 def panels(
