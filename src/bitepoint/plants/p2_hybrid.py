@@ -269,7 +269,7 @@ def step(p: P2Parameters, s: P2State, u: P2Inputs, y: P2Outputs, w: P2Work, dt: 
         substep(p, s, w, h)
     observe(p, s, y, w)
     asked = u.engine_torque_request + u.motor_torque_command + u.clutch_torque_command + u.brake_torque_command
-    return 0 if is_finite(asked) and is_finite(y.stored_energy) and is_finite(y.losses) else 1
+    return 0 if is_finite(asked) and is_finite(y.stored_energy) else 1
 
 
 def check(parameters: RecordArray, where: str) -> None:
