@@ -31,6 +31,10 @@ from bitepoint.records import RecordArray
 PERIOD = 0.01
 """Time between two steps, s."""
 
+RIDGE = 1e-11
+"""Share of the Hessian's trace that is added to its diagonal: nothing beside rounding, but for weights that leave moves
+undetermined, and for a model that explodes."""
+
 FIRST, SECOND, REQUEST, ENGINE_FIRST, ENGINE_SECOND, ENGINE_REQUEST, MOTOR_COMMAND = range(STATES, PAST)
 """Places of the numbers behind the state."""
 
@@ -56,6 +60,13 @@ def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
     parameters["engine_torque_limit"] = vehicle["engine"]["full_load"]["y"].max()
     for lane, chosen in enumerate(calibration):
         _design_one(parameters[lane : lane + 1], chosen, models)
+    matrices = np.ascontiguousarray(parameters["gear"]["matrices"]).reshape(-1)
+    SOLVER.factorise.run(matrices)
+    parameters["gear"]["matrices"] = matrices.reshape(len(calibration), GEARS)
+    for gear in gears:
+        if (parameters["gear"]["matrices"]["usable"][:, gear - 1] != 1).any():
+            mend = "expected r or rho above 0, or a prediction horizon that every move shows in"
+            raise InputError("controller", f"the programme has no unique answer in gear {gear}", mend)
     return parameters
 
 
@@ -110,16 +121,11 @@ def _programme(gear: RecordArray, future: _Future, moves: int, weights: tuple[fl
     first[0, MOTOR_COMMAND] -= 1.0
     gear["feed_forward"][0, :moves] = future.feed_forward[:moves]
     gear["gradient"][0, :moves] = q * scaled.T @ error + r * unit / TORQUE_SCALE * change.T @ first
-    matrices = SOLVER.matrices.zeros()
+    hessian = q * scaled.T @ scaled + unit * (r * change.T @ change + rho * np.diag(held))
+    matrices = gear["matrices"]
     matrices["variables"], matrices["rows"] = moves, 2 * moves
-    matrices["hessian"][0, :moves, :moves] = q * scaled.T @ scaled + unit * (
-        r * change.T @ change + rho * np.diag(held)
-    )
+    matrices["hessian"][0, :moves, :moves] = hessian + RIDGE * np.trace(hessian) * np.eye(moves)
     matrices["constraints"][0, : 2 * moves, :moves] = np.vstack([np.eye(moves), change])
-    if SOLVER.factorise.run(matrices, life="interpreted").any():
-        mend = "expected r or rho above 0, or a prediction horizon that every move shows in"
-        raise InputError("controller", "the programme has no unique answer with these weights", mend)
-    gear["matrices"] = matrices
 
 
 @dataclass(frozen=True)
