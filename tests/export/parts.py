@@ -27,6 +27,7 @@ from bitepoint.records import (
     tabulated,
 )
 from bitepoint.simulation.system import Part
+from tests.contracts.harness import nominal, plants_with_vehicles
 
 AWKWARD = 'a "quoted" C:\\path,\nΛ = 5 µm² at 20 °C – /* no comment */ // no comment, ≥ 0 …\x07'
 
@@ -136,7 +137,16 @@ def every_part() -> dict[str, Part]:
     """All parts by name."""
     assembled = [assemble("dct-launch", {"controller": name}).system for name in CONTROLLERS]
     parts = [part for system in assembled for part in system.parts]
-    return {part.name: part for part in [*parts, _made_up()]}
+    return {part.name: part for part in [*_plants(), *parts, _made_up()]}
+
+
+def _plants() -> Iterator[Part]:
+    """Every plant with the last of its library vehicles."""
+    for plant, vehicle in plants_with_vehicles():
+        yield Part(
+            plant.name, plant.init, plant.step, nominal(plant, vehicle), plant.parameters, plant.state, plant.inputs,
+            plant.outputs, plant.work, 0.002,
+        )  # fmt: skip
 
 
 PARTS = every_part()
