@@ -119,7 +119,8 @@ def test_fuel_is_that_of_the_willans_line() -> None:
 
 def test_power_of_the_motor_is_limited_and_falls_with_the_voltage() -> None:
     for voltage in (360.0, 300.0):
-        plant = bench(start__speed=12.0, motor__voltage=voltage, motor__heat_capacity=1e6)
+        nominal = {"motor__power_limit": 60e3, "motor__nominal_voltage": 360.0, "motor__heat_capacity": 1e6}
+        plant = bench(start__speed=12.0, motor__voltage=voltage, **nominal)
         seen = drive(plant, 0.5, motor_torque_command=300.0)[100:]
         power = seen["motor_torque"] * seen["motor_speed"]
         assert power == pytest.approx(60e3 * voltage / 360.0, rel=0.02)

@@ -51,7 +51,7 @@ def test_the_library_launch_says_what_its_file_says() -> None:
 
 
 def test_every_library_scenario_can_be_put_together() -> None:
-    assert scenario_names() == ["dct-excitation", "dct-launch"]
+    assert scenario_names() == ["dct-excitation", "dct-launch", "p2-tip-in", "p2-tip-step"]
     for name in scenario_names():
         scenario = load_scenario(name)
         assert scenario.meaning
@@ -102,7 +102,7 @@ RULE_KEYS = "expected status, signal, above or below, and perhaps hold and reaso
         ({"intents__slow__pedal": [0, "5 deg"]}, ["intents.slow.pedal: got an angle"]),
         ({"intents__slow__time": [0, "1 m"]}, ["intents.slow.time: got unit 'm'", "0..1e+06 s"]),
         ({"intents__slow__time": [1, 0]}, ["intents.slow.time: not strictly increasing"]),
-        ({"intents__slow__time": [0, 1, 2]}, ["intents.slow: got 3 and 2 points"]),
+        ({"intents__slow__time": [0, 1, 2]}, ["intents.slow.pedal: got 2 values", "expected 3 times"]),
         ({"road": 5}, ["road: got 5", "expected a block of keys"]),
         ({"timing": []}, ["timing: got []", "expected a block of keys"]),
         ({"timing": None}, ["timing: got nothing", "expected a block of keys"]),
