@@ -3,6 +3,7 @@
 from bitepoint.api import BatchResult, Identification, Result, identify, run, run_batch
 from bitepoint.errors import BitepointError, InputError
 from bitepoint.recording import Recording
+from bitepoint.studies.sweep import SweepResult, sweep
 from bitepoint.version import __version__
 
 __all__ = [
@@ -12,8 +13,10 @@ __all__ = [
     "InputError",
     "Recording",
     "Result",
+    "SweepResult",
     "__version__",
     "identify",
     "run",
     "run_batch",
+    "sweep",
 ]

@@ -15,6 +15,7 @@ from bitepoint.cli.list import list_parts
 from bitepoint.cli.reproduce import reproduce
 from bitepoint.cli.run import run
 from bitepoint.cli.show import show
+from bitepoint.cli.sweep import sweep
 from bitepoint.cli.warmup import warmup
 from bitepoint.errors import BitepointError
 from bitepoint.version import __version__
@@ -31,6 +32,7 @@ app.command("identify")(identify)
 app.command("list")(list_parts)
 app.command("reproduce")(reproduce)
 app.command("show")(show)
+app.command("sweep")(sweep)
 app.command("warmup")(warmup)
 app.add_typer(export.app, name="export")
 

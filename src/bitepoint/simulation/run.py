@@ -21,6 +21,9 @@ from bitepoint.simulation.system import Part, System, argument_types, lay_out
 
 F = TypeVar("F")
 
+Streams = Sequence[tuple[int, int]]
+"""Of each lane the seed and the number of its noise."""
+
 CHUNK_BYTES = 32_000_000
 """Most memory that the recordings of one chunk of lanes take, per thread."""
 
@@ -67,7 +70,7 @@ class Simulation:
         *,
         lanes: int = 1,
         record: Collection[int] = (0,),
-        seed: int = 0,
+        seed: int | Sequence[int] = 0,
         threads: int | None = None,
         progress: Callable[[int], None] | None = None,
     ) -> list[LaneResult[F]]:
@@ -76,7 +79,8 @@ class Simulation:
         Args:
             figures: makes the figures of a lane from its recording; the recording is not to be kept.
             record: lanes whose recordings are kept.
-            seed: of the noise; lane n has its own stream, whatever else runs.
+            seed: of the noise; lane n has its own stream, whatever else runs. One seed per lane gives each lane the
+                noise of a single run with its seed.
             threads: how many run at once; by default as many as there are processors.
             progress: called with the number of lanes that a finished chunk had.
         """
@@ -86,17 +90,18 @@ class Simulation:
         chunk = max(1, min(CHUNK_BYTES // self._recording_bytes(), 256, lanes))
         spans = [range(first, min(first + chunk, lanes)) for first in range(0, lanes, chunk)]
         kept = frozenset(record)
+        streams = [(seed, lane) for lane in range(lanes)] if isinstance(seed, int) else [(each, 0) for each in seed]
         results: list[list[LaneResult[F]]] = []
         workers = threads or os.cpu_count() or 1
         if len(spans) == 1 or self.life == "interpreted" or workers == 1:
             workspace = _Workspace(self, chunk)
             for span in spans:
-                results.append(workspace.run(span, figures, kept, seed))
+                results.append(workspace.run(span, figures, kept, streams))
                 if progress is not None:
                     progress(len(span))
             return [result for part in results for result in part]
         return _in_threads(
-            self, spans, workers, lambda workspace, span: workspace.run(span, figures, kept, seed), progress
+            self, spans, workers, lambda workspace, span: workspace.run(span, figures, kept, streams), progress
         )
 
     def _recording_bytes(self) -> int:
@@ -203,7 +208,7 @@ class _Workspace:
         self.steps = np.zeros(slots + 1, np.int64)
 
     def run(
-        self, span: range, figures: Callable[[Recording], F], kept: Collection[int], seed: int
+        self, span: range, figures: Callable[[Recording], F], kept: Collection[int], streams: Streams
     ) -> list[LaneResult[F]]:
         """Run the lanes of `span`, at most as many as the workspace was made for."""
         lanes = len(span)
@@ -211,7 +216,7 @@ class _Workspace:
         rows = addresses_of([self.addresses])[0] + np.arange(lanes) * self.addresses.strides[0]
         loop.run_lane.run(
             self.simulation.plan, rows, addresses_of([self.steps])[0], self.simulation.profiles,
-            self._noise(span, seed), self.signals, self.buffers, self.statuses, self.held, self.channels,
+            self._noise(span, streams), self.signals, self.buffers, self.statuses, self.held, self.channels,
             self.recording[:lanes].reshape(lanes, -1), self.outcome[:lanes],
         )  # fmt: skip
         return [self._result(n, figures, lane in kept) for n, lane in enumerate(span)]
@@ -241,7 +246,7 @@ class _Workspace:
         places = {"inputs": signals + 8 * layout.inputs[index], "outputs": signals + 8 * layout.outputs[index]}
         return base | places | {"period": periods + 8 * index, "status": statuses + 8 * index}
 
-    def _noise(self, span: range, seed: int) -> Floats:
+    def _noise(self, span: range, streams: Streams) -> Floats:
         """Return standard normal numbers, one row per lane: the steps of its readers times its noisy wires."""
         simulation = self.simulation
         if not simulation.noisy:
@@ -249,7 +254,7 @@ class _Workspace:
         shortest = min(simulation.system.parts[c.part].period for c in simulation.noisy)
         steps = int(simulation.ticks * simulation.system.tick / shortest) + 2
         names = [zlib.crc32(c.signal.encode()) for c in simulation.noisy]
-        lanes = [[np.random.default_rng([seed, lane, n]).standard_normal(steps) for n in names] for lane in span]
+        lanes = [[np.random.default_rng([*streams[lane], n]).standard_normal(steps) for n in names] for lane in span]
         return np.ascontiguousarray(np.array(lanes).transpose(0, 2, 1)).reshape(len(span), -1)
 
     def _result(self, n: int, figures: Callable[[Recording], F], keep: bool) -> LaneResult[F]:

@@ -1,0 +1,57 @@
+"""A sweep as lines of text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from bitepoint.studies.sweep.table import names
+from bitepoint.units import display
+
+if TYPE_CHECKING:
+    from bitepoint.studies.sweep.result import SweepResult
+
+MOST_LINES = 30
+"""Most rows that are shown."""
+
+
+def lines(found: SweepResult) -> Iterator[str]:
+    """Yield how the rows ended, and then all rows where they are few, else those on the front.
+
+    Rows on the front have a star.
+    """
+    reasons = dict(zip(found.rows["status"].to_pylist()[::-1], found.rows["reason"].to_pylist()[::-1], strict=True))
+    for status, count in found.counts.items():
+        first = f", the first: {reasons[status]}" if status in found.failures else ""
+        yield f"  {count} {status}{first}"
+    front = found.front()
+    few = found.rows.num_rows <= MOST_LINES
+    shown = found.rows if few else front.slice(0, MOST_LINES)
+    if not shown.num_rows:
+        return
+    if not few:
+        of = " and ".join(each.figure for each in found.objectives)
+        yield f"front of {of}, {front.num_rows} rows" + (f", {MOST_LINES} of them" if len(front) > MOST_LINES else "")
+    yield from _table(shown, frozenset(front["row"].to_pylist()))
+
+
+def _table(rows: Any, stars: frozenset[int]) -> Iterator[str]:
+    columns = ["row", *names(rows, "swept"), "status", *names(rows, "figure")]
+    units = [display(rows.schema.field(name).metadata[b"unit"].decode()) for name in columns]
+    cells = [[_cell(value) for value in rows[name].to_pylist()] for name in columns]
+    cells[0] = [f"{number}{'*' if int(number) in stars else ' '}" for number in cells[0]]
+    widths = [max(map(len, (name, unit, *column))) for name, unit, column in zip(columns, units, cells, strict=True)]
+    for line in (columns, units, *zip(*cells, strict=True)):
+        yield _aligned(line, widths)
+
+
+def _aligned(cells: Sequence[str], widths: Sequence[int]) -> str:
+    return "  ".join(f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=True)).rstrip()
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return "–"
+    if not isinstance(value, float):
+        return str(value)
+    return f"{value:.0f}" if 1e4 <= abs(value) < 1e9 else f"{value:.4g}"
