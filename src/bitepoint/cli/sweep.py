@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -50,6 +50,7 @@ def sweep(
 ) -> None:
     """Run a scenario for all combinations of values; what was killed goes on where it was."""
     from bitepoint.studies.sweep import sweep as study
+    from bitepoint.studies.sweep.folder import PAGE
     from bitepoint.studies.sweep.grid import read_over
 
     done = 0
@@ -66,7 +67,8 @@ def sweep(
                 out=out, fresh=fresh, pareto=pareto, statuses=status or (), seed=seed, threads=threads,
                 progress=progress,
             )  # fmt: skip
-            paths = [] if out is None else found.save()
+            redrawn = found.ran or pareto is not None or status
+            paths = found.save() if out is not None and (redrawn or not (out / PAGE).exists()) else []
     except KeyboardInterrupt:
         kept = f"{done} rows are kept; the same command goes on from there" if out else "nothing is kept without --out"
         typer.echo(f"interrupted: {kept}", err=True)
@@ -80,7 +82,7 @@ def sweep(
 
 
 @contextmanager
-def _bar() -> Iterator[Callable[[int, int], None]]:
+def _bar() -> Generator[Callable[[int, int], None]]:
     """Show a bar over the rows on a terminal, and nothing elsewhere."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -93,8 +95,8 @@ def _bar() -> Iterator[Callable[[int, int], None]]:
 
 
 def _print(found: SweepResult) -> None:
-    there = found.rows.num_rows - found.ran
-    kept = f", {there} of them there already" if there else ""
-    typer.echo(f"{found.scenario}: {found.rows.num_rows} rows{kept}")
+    rows = found.rows.num_rows
+    kept = f", {rows - found.ran} of them there already" if found.ran else ", all there already: nothing to run"
+    typer.echo(f"{found.scenario}: {rows} rows{kept if found.ran < rows else ''}")
     for line in found.table():
         typer.echo(line)

@@ -80,13 +80,11 @@ def sweep_page(found: Sweep) -> str:
         shown.append((f"Front: {_traded(found.objectives)}", front_figure(found)))
     body = settings + pictures(shown)
     if found.objectives:
-        body += _listed("Rows on the front", found.front(), figures=True)
-    failed = found.rows.filter(np.isin(found.rows["status"].to_pylist(), list(found.failures)))
-    body += _listed("Rows that failed", failed, figures=False)
+        body += _listed(found.front())
+    body += _failed(found)
     footer = f"bitepoint {about['version']}, code {about['code']}, seed {about['seed']}. All numbers in SI."
-    return page(
-        f"Sweep: {found.scenario}", f"{found.rows.num_rows} rows over {', '.join(swept)}: {ended}", body, footer
-    )
+    summary = f"{found.rows.num_rows} rows over {', '.join(swept)}: {ended}"
+    return page(f"Sweep: {found.scenario}", summary, body, footer)
 
 
 def _traded(objectives: Sequence[Objective]) -> str:
@@ -97,19 +95,32 @@ def _words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _listed(title: str, rows: Any, *, figures: bool) -> str:
-    """Return a table of rows: their figures, or else how they ended."""
+def _listed(rows: Any) -> str:
+    """Return a table of the rows on the front with their figures."""
     if not rows.num_rows:
         return ""
     shown = rows.slice(0, MOST_LISTED)
-    found = [*columns(shown, "swept"), *(columns(shown, "figure") if figures else ())]
-    names = [] if figures else ["status", "reason"]
-    header = ["row", *(column.label for column in found), *names]
-    values = [shown["row"].to_pylist(), *(column.values for column in found), *(shown[n].to_pylist() for n in names)]
+    found = [*columns(shown, "swept"), *columns(shown, "figure")]
+    values = [shown["row"].to_pylist(), *(column.values for column in found)]
     cells = ([cell(value) for value in row] for row in zip(*values, strict=True))
     more = rows.num_rows - shown.num_rows
     tail = f"<p>and {more} more, in sweep.parquet</p>" if more else ""
-    return f"<h2>{title}</h2><div style='overflow-x: auto'>{table(header, cells)}</div>{tail}"
+    rows_table = table(("row", *(column.label for column in found)), cells)
+    return f"<h2>Rows on the front</h2><div style='overflow-x: auto'>{rows_table}</div>{tail}"
+
+
+def _failed(found: Sweep) -> str:
+    """Return a table of the reasons for which rows failed, the most frequent first, or nothing."""
+    ended = zip(*(found.rows[name].to_pylist() for name in ("status", "reason", "row")), strict=True)
+    rows: dict[str, list[int]] = {}
+    for status, reason, number in ended:
+        if status in found.failures:
+            rows.setdefault(f"{status}: {reason}", []).append(number)
+    if not rows:
+        return ""
+    reasons = sorted(rows, key=lambda reason: -len(rows[reason]))[:MOST_LISTED]
+    cells = ([reason, str(len(rows[reason])), str(rows[reason][0])] for reason in reasons)
+    return f"<h2>Rows that failed</h2>{table(('reason', 'rows', 'the first'), cells)}"
 
 
 def front_figure(found: Sweep) -> Any:

@@ -17,6 +17,9 @@ from bitepoint.report.sweep_columns import Column, columns
 _COLOURS = (BLUE, ORANGE, GREEN, GREY, "#8e44ad", "#16a085", "#b7950b")
 _SCALE = "Viridis"
 
+MOST_TICKS = 12
+"""Most values of a key that are all written beside an axis."""
+
 
 def overview_figure(rows: Any, metric: str | None) -> Any:
     """Return the Plotly figure of a sweep.
@@ -59,18 +62,16 @@ def _panels(x: Column, beside: Column | None, figures: list[Column], hints: Any)
     library: Any = subplots
     count = -(-len(figures) // 2)
     names = [figure.label for figure in figures]
-    figure = library.make_subplots(rows=count, cols=2, subplot_titles=names, vertical_spacing=0.22 / count)
+    figure = library.make_subplots(rows=count, cols=2, subplot_titles=names, vertical_spacing=0.2 / count)
     for n, each in enumerate(figures):
         for k, level in enumerate([None] if beside is None else beside.levels):
             which = np.array([level is None or value == level for value in (beside or x).values])
             _line(figure, n, x, each, which, hints, (k, level))
-    for row in range(1, count + 1):
-        for column in (1, 2):
-            if 2 * (row - 1) + column <= len(figures):
-                figure.update_xaxes(title_text=x.label, title_standoff=4, row=row, col=column)
+    for n in range(max(len(figures) - 2, 0), len(figures)):
+        figure.update_xaxes(title_text=x.label, row=n // 2 + 1, col=n % 2 + 1)
     figure.update_layout(
-        template="plotly_white", height=270 * count + 90, margin={"l": 70, "r": 30, "t": 90, "b": 50},
-        legend={"orientation": "h", "y": 1.0 + 0.16 / count},
+        template="plotly_white", height=240 * count + 150, margin={"l": 70, "r": 30, "t": 100, "b": 50},
+        legend={"orientation": "h", "y": 1.0 + 75.0 / (240.0 * count), "yanchor": "bottom"},
     )  # fmt: skip
     return figure
 
@@ -138,10 +139,14 @@ def _heat_maps(x: Column, y: Column, figures: list[Column], hints: Any, shown: i
         buttons.append({"label": each.name.replace("_", " "), "method": "update", "args": [{"visible": visible}]})
     _menu(figure, buttons, shown)
     figure.update_layout(xaxis_title=x.label, yaxis_title=y.label)
-    for axis, column in ((figure.layout.xaxis, x), (figure.layout.yaxis, y)):
-        if not column.numeric:
-            axis.type = "category"
+    figure.update_layout(xaxis=_ticks(x), yaxis=_ticks(y))
     return figure
+
+
+def _ticks(column: Column) -> dict[str, Any]:
+    if not column.numeric:
+        return {"type": "category"}
+    return {"tickvals": column.levels} if len(column.levels) <= MOST_TICKS else {}
 
 
 def _parallel(swept: list[Column], figures: list[Column], shown: int) -> Any:
@@ -149,17 +154,17 @@ def _parallel(swept: list[Column], figures: list[Column], shown: int) -> Any:
     import plotly.graph_objects as go
 
     drawn = [each for each in figures if np.isfinite(each.numbers).any()]
-    whole = np.isfinite([each.numbers for each in [*swept, *drawn]]).all(axis=0)
+    whole: Any = np.isfinite([each.numbers for each in [*swept, *drawn]]).all(axis=0)
     dimensions: list[dict[str, Any]] = []
     for column in [*swept, *drawn]:
-        dimension: dict[str, Any] = {"label": column.label, "values": column.numbers[whole]}
+        dimension: dict[str, Any] = {"label": column.label, "values": column.numbers[whole], "tickformat": ".4~s"}
         if not column.numeric:
             ticks = list(range(len(column.levels)))
             dimension |= {"tickvals": ticks, "ticktext": [str(level) for level in column.levels]}
         dimensions.append(dimension)
     coloured = [_coloured(each, whole) for each in drawn]
     first = drawn.index(figures[shown]) if figures[shown] in drawn else 0
-    figure = go.Figure(go.Parcoords(dimensions=dimensions, line=coloured[first], labelangle=-25, labelside="bottom"))
+    figure = go.Figure(go.Parcoords(dimensions=dimensions, line=coloured[first], labelangle=-20))
     buttons = [
         {
             "label": each.name.replace("_", " "), "method": "restyle",
@@ -172,9 +177,9 @@ def _parallel(swept: list[Column], figures: list[Column], shown: int) -> Any:
     left_out = int((~whole).sum())
     note = f"{left_out} of {len(whole)} rows lack a figure and are not drawn" if left_out else ""
     figure.update_layout(
-        margin={"l": 80, "r": 60, "t": 90, "b": 130},
-        annotations=[{"text": note, "xref": "paper", "yref": "paper", "x": 1, "y": 1.16, "showarrow": False}],
-    )
+        height=620, margin={"l": 80, "r": 60, "t": 140, "b": 40}, updatemenus=[{"y": 1.32}],
+        annotations=[{"text": note, "xref": "paper", "yref": "paper", "x": 1, "y": 1.32, "showarrow": False}],
+    )  # fmt: skip
     return figure
 
 

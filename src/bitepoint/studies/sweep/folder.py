@@ -1,4 +1,4 @@
-"""The folder of a sweep: its plan, the parts that are done, and the whole table in the end. Every file appears whole."""
+"""The folder of a sweep: its plan, the parts that are done, and in the end the whole table. Files appear whole."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import hashlib
 import io
 import json
 import os
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from bitepoint.cache import write_atomically
 from bitepoint.errors import InputError
@@ -25,12 +25,8 @@ class SweepFolder:
         self.identity: dict[str, Any] = json.loads(json.dumps(identity, default=str))
         self.key = hashlib.sha256(json.dumps(self.identity, sort_keys=True).encode()).hexdigest()
 
-    def check(self) -> None:
-        """Refuse a folder that another sweep is kept in.
-
-        Raises:
-            InputError: it holds another plan, or parts without one, or is no folder.
-        """
+    def _check(self) -> None:
+        """Refuse a folder that another sweep is kept in."""
         where = str(self.folder)
         mend = "choose another folder, or start anew with --fresh"
         try:
@@ -44,13 +40,13 @@ class SweepFolder:
         except ValueError:
             raise InputError(where, f"its {PLAN} cannot be read", mend) from None
         if kept != self.identity:
-            known = kept if isinstance(kept, dict) else {}
-            other = [name for name in self.identity if known.get(name) != self.identity[name]]  # pyright: ignore
-            raise InputError(where, f"holds a sweep with other {', '.join(other) or 'keys'}", mend)
+            known = cast("dict[str, Any]", kept) if isinstance(kept, dict) else {}
+            other = [name for name in self.identity if known.get(name) != self.identity[name]]
+            raise InputError(where, f"holds a sweep that differs in {', '.join(other) or 'its keys'}", mend)
 
     @contextmanager
-    def held(self) -> Iterator[None]:
-        """Make the folder, and hold it against other processes until the end; where the system has no locks, only make it.
+    def held(self) -> Generator[None]:
+        """Make the folder, and hold it against other processes until the end, where the system has locks.
 
         Raises:
             InputError: another process holds it.
@@ -64,10 +60,12 @@ class SweepFolder:
         lock = os.open(self.folder, os.O_RDONLY)
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            yield
         except BlockingIOError:
+            os.close(lock)
             mend = "wait for it, or choose another folder"
             raise InputError(str(self.folder), "another process is sweeping into it", mend) from None
+        try:
+            yield
         finally:
             os.close(lock)
 
@@ -80,16 +78,36 @@ class SweepFolder:
             path.unlink(missing_ok=True)
         write_atomically(self.folder / PLAN, (json.dumps(self.identity, indent=2) + "\n").encode())
 
-    def tables(self) -> Iterator[Any]:
-        """Yield what is done: the whole table, or the parts; a damaged file counts as not there."""
-        whole = self.folder / TABLE
-        for path in [whole] if whole.is_file() else self._parts():
-            table = _read(path)
-            metadata: dict[bytes, bytes] = {} if table is None else table.schema.metadata or {}
-            if metadata.get(b"plan", b"").decode() == self.key:
-                yield table
-            else:
-                path.unlink()
+    def tables(self) -> list[Any]:
+        """Return what is done: the whole table, or the parts; no row is in two of them. A damaged file counts as none.
+
+        Raises:
+            InputError: the folder holds another plan, or parts without one, or cannot be read.
+        """
+        self._check()
+        whole = self._whole(self.folder / TABLE)
+        if whole is not None:
+            return [whole]
+        found: list[Any] = []
+        seen: set[int] = set()
+        for path in self._parts():
+            table = self._whole(path)
+            rows: set[int] = set() if table is None else set(table["row"].to_pylist())
+            if rows and not rows & seen:
+                found.append(table)
+                seen |= rows
+        return found
+
+    @property
+    def finished(self) -> bool:
+        """Whether the whole table is there."""
+        return self._whole(self.folder / TABLE) is not None
+
+    def _whole(self, path: Path) -> Any:
+        """Return the table of a file of this plan, or None where there is none."""
+        table = _read(path)
+        kept: dict[bytes, bytes] = {} if table is None else table.schema.metadata or {}
+        return table if kept.get(b"plan", b"").decode() == self.key else None
 
     def add(self, table: Any) -> None:
         """Write a part."""
@@ -100,12 +118,17 @@ class SweepFolder:
     def finish(self, table: Any) -> None:
         """Write the whole table, and clear the parts away."""
         self._write(table, self.folder / TABLE)
+        self.clear()
+
+    def clear(self) -> None:
+        """Remove the parts, which the whole table holds."""
         for path in self._parts():
             path.unlink(missing_ok=True)
-        (self.folder / PARTS).rmdir()
+        with suppress(OSError):  # something else lies there
+            (self.folder / PARTS).rmdir()
 
     def _write(self, table: Any, path: Path) -> None:
-        kept = table.schema.metadata or {}
+        kept: dict[bytes, bytes] = table.schema.metadata or {}
         write_atomically(path, parquet(table.replace_schema_metadata({**kept, "plan": self.key})))
 
     def _parts(self) -> list[Path]:
@@ -128,7 +151,8 @@ def _read(path: Path) -> Any:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
+    library: Any = pq
     try:
-        return pq.read_table(path)
+        return library.read_table(path)
     except (pa.ArrowException, OSError):
         return None

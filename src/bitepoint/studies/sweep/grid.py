@@ -64,10 +64,10 @@ def axis(key: str, values: str | Sequence[Any] | npt.NDArray[Any]) -> Axis:
     """
     if isinstance(values, str):
         found = _read(key, values.strip())
-    elif np.ndim(cast("Any", values)) == 0:
+    elif np.ndim(values) == 0:
         raise InputError(OVER, f"{key}: got {brief(values)}", "expected a text such as 0:20:5, or a sequence")
     else:
-        found = [value.tolist() if isinstance(value, np.generic | np.ndarray) else value for value in values]
+        found = [plain(value) for value in values]
     if not found:
         raise InputError(OVER, f"{key}: no value", "expected one or more")
     _refuse_many(key, len(found))
@@ -77,11 +77,16 @@ def axis(key: str, values: str | Sequence[Any] | npt.NDArray[Any]) -> Axis:
     return Axis(key, tuple(found))
 
 
+def plain(value: Any) -> Any:
+    """Return a value without NumPy's types."""
+    return cast("Any", value.tolist()) if isinstance(value, np.generic | np.ndarray) else value
+
+
 def _read(key: str, text: str) -> list[Any]:
     match = _RANGE.fullmatch(text)
     if match is not None:
         return _between(key, *match.groups())
-    if re.match(rf"{_NUMBER}\s*:", text):
+    if re.match(rf"{_NUMBER}[^,:]*:", text):
         raise InputError(OVER, f"{key}: got {brief(text)}", "expected start:stop:step, with a unit after the last")
     items = list(_split(text))
     if not all(items):
@@ -111,7 +116,7 @@ def _between(key: str, start: str, stop: str, step: str | None, unit: str) -> li
     if ends[2] == 0.0 or (ends[1] - ends[0]) * ends[2] < 0.0:
         mend = "expected steps that lead from start to stop, such as 0:20:5 or 20:0:-5"
         raise InputError(OVER, f"{key}: from {start} to {stop} in steps of {step or 1}", mend)
-    _refuse_many(key, (ends[1] - ends[0]) / ends[2])
+    _refuse_many(key, 1.0 + (ends[1] - ends[0]) // ends[2])
     first, last, width = Fraction(start), Fraction(stop), Fraction(step or 1)
     numbers = [float(first + n * width) for n in range((last - first) // width + 1)]
     return [f"{_shortest(number)} {unit}".rstrip() for number in numbers]
@@ -156,6 +161,11 @@ class Grid:
         """Return the values of row `number` by key."""
         places = np.unravel_index(number, self.shape)
         return {axis.key: axis.values[int(place)] for axis, place in zip(self.axes, places, strict=True)}
+
+    def place(self, number: int, key: str) -> int:
+        """Return the place of the value that row `number` has of a key, among its values."""
+        keys = [axis.key for axis in self.axes]
+        return int(np.unravel_index(number, self.shape)[keys.index(key)])
 
     def groups(self, rows: Sequence[int], alike: Mapping[str, bool]) -> list[list[int]]:
         """Return `rows` in groups that share the values of the keys in `alike` that are True, in order of the first."""

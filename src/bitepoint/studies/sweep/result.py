@@ -51,7 +51,7 @@ class SweepResult:
     @property
     def counts(self) -> Mapping[str, int]:
         """How many rows ended how, the most frequent first."""
-        return dict(Counter(self.rows["status"].to_pylist()).most_common())
+        return dict(Counter(self._statuses()).most_common())
 
     @property
     def failures(self) -> tuple[str, ...]:
@@ -74,10 +74,14 @@ class SweepResult:
     @property
     def counted(self) -> npt.NDArray[np.bool_]:
         """Which rows may be on the front, shape (rows,): both figures exist, and the run ended as it should."""
-        exists = np.isfinite(self._points()).all(axis=1)
-        status = np.array(self.rows["status"].to_pylist())
-        found = Counter(status[exists].tolist()).most_common(1)
-        return exists & np.isin(status, self.statuses or [word for word, _ in found])
+        exists: npt.NDArray[np.bool_] = np.logical_and.reduce(np.isfinite(self._points()), axis=1)
+        status = self._statuses()
+        usual = Counter(status[int(n)] for n in np.flatnonzero(exists)).most_common(1)
+        wanted = self.statuses or [word for word, _ in usual]
+        return exists & np.array([word in wanted for word in status], bool)
+
+    def _statuses(self) -> list[str]:
+        return self.rows["status"].to_pylist()
 
     def front(self) -> Any:
         """Return the rows that no other row beats in both figures, a pyarrow Table, sorted by the first of them."""

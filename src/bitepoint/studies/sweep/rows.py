@@ -16,6 +16,9 @@ from bitepoint.simulation.system import System
 from bitepoint.studies.sweep.grid import OVER
 from bitepoint.studies.sweep.plan import Plan
 
+LANES = "over"
+"""The place that an error names where a key does not take a value of a lane, whatever the other keys have."""
+
 REFUSED = "refused"
 """The status of a row whose parameters are refused."""
 
@@ -45,15 +48,15 @@ def run_rows(plan: Plan, rows: Sequence[int], threads: int | None = None) -> lis
 
 
 def _run_group(plan: Plan, rows: Sequence[int], threads: int | None) -> list[Row]:
-    """Run rows of one group. One that is refused is found by halving: the others are still designed and run together."""
+    """Run rows of one group. What is refused is found by halving: the others stay together."""
     try:
         assembly, simulation = _assemble(plan, rows)
     except InputError as error:
-        if len(rows) == 1:
-            refusal = named(plan, error)
-            return [Row(rows[0], REFUSED, str(refusal), refusal=refusal)]
-        half = len(rows) // 2
-        return [*_run_group(plan, rows[:half], threads), *_run_group(plan, rows[half:], threads)]
+        parts = _halves(plan, rows, error)
+        if len(parts) > 1:
+            return [row for part in parts for row in _run_group(plan, part, threads)]
+        refusal = named(plan, error)
+        return [Row(number, REFUSED, str(refusal), refusal=refusal) for number in rows]
     seeds = plan.lanes(rows)[2]
     family = FAMILIES[assembly.scenario.metrics]
     lanes = simulation.run(family, lanes=len(rows), record=(), seed=seeds, threads=threads)
@@ -62,6 +65,22 @@ def _run_group(plan: Plan, rows: Sequence[int], threads: int | None) -> list[Row
         Row(number, lane.status, lane.reason, lane.figures, digest)
         for number, lane, digest in zip(rows, lanes, digests, strict=True)
     ]
+
+
+def _halves(plan: Plan, rows: Sequence[int], error: InputError) -> list[Sequence[int]]:
+    """Return rows that were refused together in two parts, by the values of the key that the error names if it can be.
+
+    They stay in one part where the error is that of them all: a single row, or one value that its key does not take.
+    """
+    key = next((axis.key for axis in plan.grid.axes if error.problem.startswith(f"{axis.key}:")), None)
+    places = [0 if key is None else plan.grid.place(number, key) for number in rows]
+    values = sorted(set(places))
+    if len(values) > 1:
+        middle = values[len(values) // 2]
+        return [[n for n, place in zip(rows, places, strict=True) if (place < middle) == low] for low in (True, False)]
+    if len(rows) == 1 or (key is not None and error.where == LANES):
+        return [rows]
+    return [rows[: len(rows) // 2], rows[len(rows) // 2 :]]
 
 
 def _assemble(plan: Plan, rows: Sequence[int]) -> tuple[Assembly, Simulation]:
@@ -77,7 +96,7 @@ def _assemble(plan: Plan, rows: Sequence[int]) -> tuple[Assembly, Simulation]:
 def named(plan: Plan, error: InputError) -> InputError:
     """Return an error with --over as its place where it is about a swept key."""
     swept = error.problem.startswith(tuple(axis.key for axis in plan.grid.axes))
-    return InputError(OVER, error.problem, error.mend) if swept and error.where in ("over", "--set") else error
+    return InputError(OVER, error.problem, error.mend) if swept and error.where in (LANES, "--set") else error
 
 
 def _digests(system: System, lanes: int) -> list[str]:

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
-from itertools import chain
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from itertools import chain, islice
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-import numpy as np
 import numpy.typing as npt
 
 from bitepoint.errors import InputError, brief
 from bitepoint.studies.sweep.folder import SweepFolder
-from bitepoint.studies.sweep.grid import Grid, axis
+from bitepoint.studies.sweep.grid import Grid, axis, plain
 from bitepoint.studies.sweep.pareto import read_objectives
 from bitepoint.studies.sweep.plan import Plan
 from bitepoint.studies.sweep.result import SweepResult
@@ -51,7 +50,7 @@ def sweep(
 
     Args:
         scenario: name in the library, or path of a scenario file; one of a single run.
-        over: values by key, as a text ("0:20:5 %", "launch_pid,launch_mpc") or a sequence; the last key changes fastest.
+        over: values by key, as a text ("0:20:5 %", "launch_pid,launch_mpc") or a sequence; the last changes fastest.
         settings: what all rows share, as in `run`.
         out: folder to keep the sweep in: what is there already is not run again.
         fresh: begin anew, whatever the folder holds of an earlier sweep.
@@ -65,67 +64,70 @@ def sweep(
     Raises:
         InputError: no such scenario or key, no row that can be run, or a folder with another sweep.
     """
-    if threads is not None and (not isinstance(threads, int) or threads < 1):
+    if threads is not None and threads < 1:
         raise InputError("threads", f"got {brief(threads)}", "expected a whole number of 1 or more")
     grid = Grid(tuple(axis(key, values) for key, values in over.items()))
     dotted = {key.replace("__", "."): value for key, value in more.items()}
-    plan = Plan(scenario, grid, _plain({**(settings or {}), **dotted}), seed)
+    shared = {key: plain(value) for key, value in {**(settings or {}), **dotted}.items()}
+    plan = Plan(scenario, grid, shared, seed)
     folder = None if out is None else SweepFolder(Path(out), plan.identity())
     with _written(out):
-        if folder is not None and not fresh:
-            folder.check()
-        kept = [] if folder is None or fresh else list(folder.tables())
-        table, ran = _completed(plan, folder, kept, fresh, pareto, threads, progress or _silent)
+        kept = [] if folder is None or fresh else folder.tables()
+        figures = {name: None for table in kept for name in names(table, "figure")}
+        if pareto is not None and figures:
+            read_objectives(pareto, figures)
+        left = plan.grid.rows - sum(table.num_rows for table in kept)
+        parts = _parts(plan, kept, pareto, threads, progress or _silent) if left else ()
+        table = _collected(plan, kept, parts, folder, fresh)
     objectives = None if pareto is None else read_objectives(pareto, names(table, "figure"))
-    return SweepResult(plan.scenario.name, table, ran, None if out is None else Path(out), objectives, tuple(statuses))
+    return SweepResult(plan.scenario.name, table, left, None if out is None else Path(out), objectives, tuple(statuses))
 
 
-def _completed(
-    plan: Plan,
-    folder: SweepFolder | None,
-    kept: list[Any],
-    fresh: bool,
-    pareto: str | None,
-    threads: int | None,
-    progress: Callable[[int, int], object],
-) -> tuple[Any, int]:
-    """Return the whole table, and how many of its rows were run for it."""
-    done = {int(number) for table in kept for number in table["row"].to_numpy()}
-    if len(done) == plan.grid.rows and len(kept) == 1:
-        return kept[0], 0
-    parts = _parts(plan, done, threads, progress)
-    if not done:
-        first = table_of(plan, [first_row(plan)])  # the first mistake is told before anything is written
-        if pareto is not None:
-            read_objectives(pareto, names(first, "figure"))
-        parts = chain([first], _parts(plan, {int(first["row"][0].as_py())}, threads, progress))
-    with nullcontext() if folder is None else folder.held():
-        if folder is not None:
-            folder.begin(fresh)
-        for table in parts:
+def _collected(plan: Plan, kept: list[Any], parts: Iterable[Any], folder: SweepFolder | None, fresh: bool) -> Any:
+    """Return the whole table, of what was kept and of the parts that are run for it."""
+    if folder is None:
+        return merged([*kept, *parts], plan.identity())
+    running = iter(parts)
+    first = list(islice(running, 1))  # the first mistake is told before anything is written
+    if not first and folder.finished:
+        folder.clear()
+        return kept[0]
+    with folder.held():
+        folder.begin(fresh)
+        for table in chain(first, running):
+            folder.add(table)
             kept.append(table)
-            if folder is not None:
-                folder.add(table)
         whole = merged(kept, plan.identity())
-        if folder is not None:
-            folder.finish(whole)
-    return whole, plan.grid.rows - len(done)
+        folder.finish(whole)
+    return whole
 
 
 def _parts(
-    plan: Plan, done: Collection[int], threads: int | None, progress: Callable[[int, int], object]
+    plan: Plan, kept: Iterable[Any], pareto: str | None, threads: int | None, progress: Callable[[int, int], object]
 ) -> Iterator[Any]:
-    """Yield the rows that are not done as tables, each of about as many as can be run in PART_TIME."""
+    """Yield the rows that are not kept as tables, each of about as many as can be run in PART_TIME.
+
+    Where nothing is kept, the first is of one row that is not refused, to find mistakes that all rows share.
+    """
+    done = {int(number) for table in kept for number in table["row"].to_numpy()}
+    progress(len(done), plan.grid.rows)
+    if not done:
+        row = first_row(plan)
+        first = table_of(plan, [row])
+        if pareto is not None:
+            read_objectives(pareto, names(first, "figure"))
+        yield first
+        done.add(row.number)
     left = [row for group in plan.groups(range(plan.grid.rows)) for row in group if row not in done]
     size, start = FIRST_PART, 0
-    progress(len(done), plan.grid.rows)
     while start < len(left):
-        chunk = left[start : start + size]
         begun = perf_counter()
-        yield table_of(plan, run_rows(plan, chunk, threads))
-        start += len(chunk)
+        part = table_of(plan, run_rows(plan, left[start : start + size], threads))
+        took = perf_counter() - begun
+        yield part
+        start += part.num_rows
         progress(len(done) + start, plan.grid.rows)
-        size = _next_size(size, perf_counter() - begun)
+        size = _next_size(size, took)
 
 
 def _next_size(size: int, took: float) -> int:
@@ -135,14 +137,8 @@ def _next_size(size: int, took: float) -> int:
     return min(2 * size, LARGEST_PART) if took < 0.5 * PART_TIME else size
 
 
-def _plain(settings: Mapping[str, Any]) -> dict[str, Any]:
-    return {
-        key: value.tolist() if isinstance(value, np.generic | np.ndarray) else value for key, value in settings.items()
-    }
-
-
 @contextmanager
-def _written(out: str | Path | None) -> Iterator[None]:
+def _written(out: str | Path | None) -> Generator[None]:
     try:
         yield
     except OSError as error:

@@ -28,8 +28,7 @@ _ORIGIN: Mapping[str, str] = {
 
 def table_of(plan: Plan, rows: Sequence[Row]) -> Any:
     """Return the rows as a pyarrow Table."""
-    import pyarrow as pa
-
+    pa = _arrow()
     columns = list(_columns(plan, rows))
     fields = [
         pa.field(name, _type(kind), metadata={"role": role, "unit": unit, "meaning": meaning})
@@ -39,9 +38,14 @@ def table_of(plan: Plan, rows: Sequence[Row]) -> Any:
     return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
 
 
-def _type(kind: str) -> Any:
+def _arrow() -> Any:
     import pyarrow as pa
 
+    return pa
+
+
+def _type(kind: str) -> Any:
+    pa = _arrow()
     return {"int": pa.int64(), "float": pa.float64(), "text": pa.string()}[kind]
 
 
@@ -88,8 +92,7 @@ def merged(tables: Iterable[Any], about: Mapping[str, Any]) -> Any:
 
     What a table has no column for is null there: figures, where all its rows were refused.
     """
-    import pyarrow as pa
-
+    pa = _arrow()
     ordered = sorted((table for table in tables if table.num_rows), key=lambda table: table["row"][0].as_py())
     found = {field.name: field for table in ordered for field in table.schema}
     fields = sorted(found.values(), key=lambda field: ROLES.index(field.metadata[b"role"].decode()))
@@ -100,8 +103,7 @@ def merged(tables: Iterable[Any], about: Mapping[str, Any]) -> Any:
 
 
 def _widened(table: Any, schema: Any) -> Any:
-    import pyarrow as pa
-
+    pa = _arrow()
     columns = [
         table[field.name] if field.name in table.column_names else pa.nulls(table.num_rows, field.type)
         for field in schema
