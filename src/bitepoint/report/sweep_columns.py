@@ -24,8 +24,9 @@ class Column:
 
     @property
     def label(self) -> str:
-        """Name and unit: "launch time, s"."""
-        return f"{self.name.replace('_', ' ')}, {self.unit}".removesuffix(", ")
+        """Name and unit: "launch time, s"; a dotted key as it is written."""
+        name = self.name if "." in self.name else self.name.replace("_", " ")
+        return f"{name}, {self.unit}".removesuffix(", ")
 
     @cached_property
     def numbers(self) -> Floats:

@@ -17,6 +17,9 @@ from bitepoint.report.sweep_columns import Column, columns
 _COLOURS = (BLUE, ORANGE, GREEN, GREY, "#8e44ad", "#16a085", "#b7950b")
 _SCALE = "Viridis"
 
+MOST_REASONS = 5000
+"""Most rows of a sweep whose picture tells why they failed."""
+
 MOST_TICKS = 12
 """Most values of a key that are all written beside an axis."""
 
@@ -42,8 +45,11 @@ def overview_figure(rows: Any, metric: str | None) -> Any:
 
 
 def _hints(rows: Any) -> Any:
-    ended = zip(rows["row"].to_pylist(), rows["status"].to_pylist(), rows["reason"].to_pylist(), strict=True)
-    return np.array([f"row {number}: {status}<br>{_folded(reason)}" for number, status, reason in ended], object)
+    """Return what is read over each row that lacks a figure; of many rows without the reason, which fills the page."""
+    numbers, statuses, reasons = (rows[name].to_pylist() for name in ("row", "status", "reason"))
+    told = [f"<br>{_folded(reason)}" if rows.num_rows <= MOST_REASONS else "" for reason in reasons]
+    texts = [f"row {n}: {status}{reason}" for n, status, reason in zip(numbers, statuses, told, strict=True)]
+    return np.array(texts, object)
 
 
 def _folded(text: str) -> str:
@@ -120,9 +126,9 @@ def _heat_maps(x: Column, y: Column, figures: list[Column], hints: Any, shown: i
         told = np.append(hints, "")[order]
         figure.add_trace(
             go.Heatmap(
-                x=across, y=up, z=[_gaps(line) for line in values], text=told, colorscale=_SCALE, visible=n == shown,
+                x=across, y=up, z=values, customdata=order, colorscale=_SCALE, visible=n == shown,
                 colorbar={"title": {"text": each.label, "side": "right"}},
-                hovertemplate="%{x}, %{y}: %{z:.4g}<br>%{text}<extra></extra>",
+                hovertemplate="row %{customdata}: %{x}, %{y}: %{z:.4g}<extra></extra>",
             )
         )  # fmt: skip
         rows, places_across = np.nonzero(~np.isfinite(values))
@@ -157,7 +163,11 @@ def _parallel(swept: list[Column], figures: list[Column], shown: int) -> Any:
     whole: Any = np.isfinite([each.numbers for each in [*swept, *drawn]]).all(axis=0)
     dimensions: list[dict[str, Any]] = []
     for column in [*swept, *drawn]:
-        dimension: dict[str, Any] = {"label": column.label, "values": column.numbers[whole], "tickformat": ".4~s"}
+        dimension: dict[str, Any] = {
+            "label": column.label,
+            "values": column.numbers[whole],
+            "tickformat": _format(column),
+        }
         if not column.numeric:
             ticks = list(range(len(column.levels)))
             dimension |= {"tickvals": ticks, "ticktext": [str(level) for level in column.levels]}
@@ -181,6 +191,12 @@ def _parallel(swept: list[Column], figures: list[Column], shown: int) -> Any:
         annotations=[{"text": note, "xref": "paper", "yref": "paper", "x": 1, "y": 1.32, "showarrow": False}],
     )  # fmt: skip
     return figure
+
+
+def _format(column: Column) -> str:
+    """Return plain digits, or letters for the powers of ten of what is large or small."""
+    most = np.nanmax(np.abs(column.numbers), initial=0.0)
+    return ".4~g" if most == 0.0 or 0.01 <= most < 1e4 else ".4~s"
 
 
 def _coloured(column: Column, whole: Any) -> dict[str, Any]:

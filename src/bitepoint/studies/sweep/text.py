@@ -16,7 +16,7 @@ MOST_LINES = 30
 
 
 def lines(found: SweepResult) -> Iterator[str]:
-    """Yield how the rows ended, and then all rows where they are few, else those on the front.
+    """Yield how the rows ended, and then all rows where they are few, else those on the front, with its two figures.
 
     Rows on the front have a star.
     """
@@ -31,12 +31,13 @@ def lines(found: SweepResult) -> Iterator[str]:
         return
     if not few:
         of = " and ".join(each.figure for each in found.objectives)
-        yield f"front of {of}, {front.num_rows} rows" + (f", {MOST_LINES} of them" if len(front) > MOST_LINES else "")
-    yield from _table(shown, frozenset(front["row"].to_pylist()))
+        count = f"{front.num_rows} row{'s' if front.num_rows > 1 else ''}"
+        yield f"front of {of}, {count}" + (f", {MOST_LINES} of them" if front.num_rows > MOST_LINES else "")
+    columns = ["row", *names(shown, "swept"), "status", *(each.figure for each in found.objectives)]
+    yield from _table(shown, columns, frozenset(front["row"].to_pylist()))
 
 
-def _table(rows: Any, stars: frozenset[int]) -> Iterator[str]:
-    columns = ["row", *names(rows, "swept"), "status", *names(rows, "figure")]
+def _table(rows: Any, columns: Sequence[str], stars: frozenset[int]) -> Iterator[str]:
     units = [display(rows.schema.field(name).metadata[b"unit"].decode()) for name in columns]
     cells = [[_cell(value) for value in rows[name].to_pylist()] for name in columns]
     cells[0] = [f"{number}{'*' if int(number) in stars else ' '}" for number in cells[0]]
