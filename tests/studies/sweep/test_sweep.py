@@ -91,6 +91,19 @@ def test_a_refusal_is_found_by_halving(monkeypatch: pytest.MonkeyPatch) -> None:
     assert designed == [32, 16, 16, 8, 8, 4, 4, 2, 2, 1, 1]
 
 
+def test_a_value_that_its_key_never_takes_is_refused_for_all_its_rows_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    designed: list[int] = []
+
+    def counted(*arguments: Any) -> Any:
+        designed.append(len(arguments[2]["vehicle.mass"]))
+        return assemble(*arguments)
+
+    monkeypatch.setattr(rows, "assemble", counted)
+    found = rows.run_rows(plan({"road.grade": "0:15:1 %", "vehicle.mass": [1500, 10, 1600]}), range(48))
+    assert [row.status for row in found] == ["launched", "refused", "launched"] * 16
+    assert designed == [48, 16, 32, 16, 16]
+
+
 def test_a_design_without_a_solution_is_a_refusal(monkeypatch: pytest.MonkeyPatch) -> None:
     def singular(_name: str, _settings: Any, over: Mapping[str, Any]) -> Any:
         if 1500 in over["vehicle.mass"]:

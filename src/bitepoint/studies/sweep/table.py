@@ -88,7 +88,7 @@ def configuration(plan: Plan, row: Row) -> str:
 
 
 def merged(tables: Iterable[Any], about: Mapping[str, Any]) -> Any:
-    """Return all rows of tables in order, each once, as one table with `about` in its metadata.
+    """Return all rows of tables in order, as one table with `about` in its metadata.
 
     What a table has no column for is null there: figures, where all its rows were refused.
     """
@@ -97,9 +97,7 @@ def merged(tables: Iterable[Any], about: Mapping[str, Any]) -> Any:
     found = {field.name: field for table in ordered for field in table.schema}
     fields = sorted(found.values(), key=lambda field: ROLES.index(field.metadata[b"role"].decode()))
     schema = pa.schema(fields, metadata={"bitepoint": json.dumps(dict(about), default=str)})
-    whole = pa.concat_tables([_widened(table, schema) for table in ordered]).sort_by("row")
-    first = np.diff(whole["row"].to_numpy(), prepend=-1) > 0
-    return whole.filter(pa.array(first)).combine_chunks()
+    return pa.concat_tables([_widened(table, schema) for table in ordered]).sort_by("row").combine_chunks()
 
 
 def _widened(table: Any, schema: Any) -> Any:
