@@ -162,6 +162,19 @@ def test_ljung_box_has_its_distribution() -> None:
     assert np.mean(p) == pytest.approx(0.5, abs=0.08)
 
 
+def test_runs_shorter_than_the_lags_count_where_they_reach() -> None:
+    runs = simulated(system(), (21, 9, 60), 0.5)
+    fit = fit_arx(runs, ROLES, (2, 1, 1), 0.01, "least squares")
+    long = [each[:, 0] - np.concatenate([e[:, 0] for e in fit.residuals]).mean() for each in fit.residuals]
+    power = sum(float(e @ e) for e in long)
+    for lag in (8, 20, 25):
+        product = sum(float(e[lag:] @ e[:-lag]) for e in long if len(e) > lag)
+        assert whiteness(fit)[0].correlation[lag - 1] == pytest.approx(product / power)
+    assert all(np.isfinite(each.correlation).all() for each in cross_correlations(fit, runs, ROLES))
+    few = fit_arx(runs[:1], ROLES, (2, 1, 1), 0.01, "least squares")
+    assert len(whiteness(few)[0].correlation) == 18
+
+
 def test_what_an_input_still_explains_shows_in_the_correlation() -> None:
     runs = simulated(system(), (500,), 0.5)
     late = [Run(run.y, np.vstack([run.u[:1]] * 2 + [run.u[:-2]]), run.d) for run in runs]

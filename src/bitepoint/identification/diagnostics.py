@@ -58,15 +58,16 @@ class CrossCorrelation:
 
 def _products(a: Sequence[Floats], b: Sequence[Floats], lag: int) -> float:
     """Return the sum of a(k) b(k - lag) over all runs, none across two of them."""
-    return float(sum((x[lag:] * y[: len(y) - lag]).sum() for x, y in zip(a, b, strict=True)))
+    return float(sum((x[lag:] * y[: max(len(y) - lag, 0)]).sum() for x, y in zip(a, b, strict=True)))
 
 
 def whiteness(fit: Fit, lags: int = LAGS) -> list[Whiteness]:
-    """Return the whiteness of the residuals, by output."""
+    """Return the whiteness of the residuals, by output; fewer lags where there are fewer rows."""
     from scipy import special
 
     library: Any = special
     found: list[Whiteness] = []
+    lags = min(lags, sum(map(len, fit.residuals)) - 1)
     for n, name in enumerate(fit.model.outputs):
         runs = [
             each[:, n] - np.mean(np.concatenate([other[:, n] for other in fit.residuals])) for each in fit.residuals
