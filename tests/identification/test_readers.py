@@ -93,8 +93,9 @@ def test_units_by_metadata_of_a_parquet_file(tmp_path: Path) -> None:
     check(tmp_path / "a.parquet")
 
 
-def test_a_parquet_file_with_dates(tmp_path: Path) -> None:
-    stamps = pa.array((1.7e18 + TIME * 1e9).astype(np.int64), pa.timestamp("ns"))
+@pytest.mark.parametrize(("start", "kind"), [(1.7e18, pa.timestamp("ns")), (0.0, pa.duration("ns"))])
+def test_a_parquet_file_with_dates_or_durations(tmp_path: Path, start: float, kind: Any) -> None:
+    stamps = pa.array((start + TIME * 1e9).astype(np.int64), kind)
     pq.write_table(pa.table({"time": stamps, **TRUE}), tmp_path / "a.parquet")
     check(tmp_path / "a.parquet")
 
@@ -121,16 +122,20 @@ BO_ 257 Clutch: 8 ECU
 """
 
 
-@pytest.mark.parametrize("ending", [".log", ".blf", ".asc"])
-def test_frames_with_a_database(tmp_path: Path, ending: str) -> None:
+def frames_file(path: Path) -> None:
     can = pytest.importorskip("can")
-    (tmp_path / "car.dbc").write_text(DBC)
-    path = tmp_path / f"drive{ending}"
     with can.Logger(str(path)) as writer:
         for time, speed, torque in zip(TIME, *TRUE.values(), strict=True):
             for number, value in ((256, speed), (257, torque)):
                 data = struct.pack("<H6x", round(100 * value))
                 writer.on_message_received(can.Message(1000 + time, number, is_extended_id=False, data=data))
+
+
+@pytest.mark.parametrize("ending", [".log", ".blf", ".asc"])
+def test_frames_with_a_database(tmp_path: Path, ending: str) -> None:
+    (tmp_path / "car.dbc").write_text(DBC)
+    path = tmp_path / f"drive{ending}"
+    frames_file(path)
     columns = {"engine_speed": "nEng", "clutch_torque": "Clutch.tqCl"}
     data = read_dataset([path], Request(BOTH, columns, databases=(tmp_path / "car.dbc",), period=0.01))
     (run,) = data.runs
@@ -248,17 +253,46 @@ def test_a_broken_file_alone_is_refused(tmp_path: Path, kind: str, refused: Refu
     refused(lambda: read_dataset([bad], Request(BOTH)), "bad.csv", *said)
 
 
-@pytest.mark.parametrize("ending", [".parquet", ".mf4", ".blf"])
-def test_random_bytes_and_truncated_files_are_faults(tmp_path: Path, ending: str, refused: Refused) -> None:
+def parquet_file(path: Path) -> None:
+    pq.write_table(pa.table({"time": TIME, "nEng": TRUE["engine_speed"], "tqCl": TRUE["clutch_torque"]}), path)
+
+
+def mf4_file(path: Path) -> None:
+    file = pytest.importorskip("asammdf").MDF()
+    for name, values in zip(("nEng", "tqCl"), TRUE.values(), strict=True):
+        file.append(pytest.importorskip("asammdf").Signal(values, TIME, name=name))
+    file.save(path, overwrite=True)
+    file.close()
+
+
+@pytest.mark.parametrize(("ending", "make"), [(".parquet", parquet_file), (".mf4", mf4_file), (".blf", frames_file)])
+def test_random_bytes_and_truncated_files_are_faults(
+    tmp_path: Path, ending: str, make: Callable[[Path], None], refused: Refused
+) -> None:
     (tmp_path / "car.dbc").write_text(DBC)
     path = tmp_path / f"bad{ending}"
     path.write_bytes(np.random.default_rng(1).bytes(3000))
-    request = Request(BOTH, databases=(tmp_path / "car.dbc",))
+    columns = {"engine_speed": "nEng", "clutch_torque": "tqCl"}
+    request = Request(BOTH, columns, databases=(tmp_path / "car.dbc",), period=0.01)
     refused(lambda: read_dataset([path], request), f"bad{ending}")
-    if ending == ".parquet":
-        pq.write_table(pa.table({"time": TIME, **TRUE}), path)
-        path.write_bytes(path.read_bytes()[:-20])
-        refused(lambda: read_dataset([path], request), "bad.parquet: cannot be read")
+    make(path)
+    read_dataset([path], request)
+    whole = path.read_bytes()
+    for length in (0, 20, len(whole) // 2, len(whole) - 20):
+        path.write_bytes(whole[:length])
+        refused(lambda: read_dataset([path], request), f"bad{ending}: cannot be read")
+
+
+def test_a_name_twice_in_a_parquet_file_is_told_and_binary_text_is_not_printed(
+    tmp_path: Path, refused: Refused
+) -> None:
+    columns = [pa.array(each) for each in (TIME, *TRUE.values(), TIME)]
+    pq.write_table(pa.Table.from_arrays(columns, [*("time", *TRUE), "clutch_torque"]), tmp_path / "a.parquet")
+    refused(lambda: read_dataset([tmp_path / "a.parquet"], Request(BOTH)), "two columns are named clutch_torque")
+    (tmp_path / "a.csv").write_bytes((tmp_path / "a.parquet").read_bytes())
+    with pytest.raises(InputError, match=r"a\.csv") as told:
+        read_dataset([tmp_path / "a.csv"], Request(BOTH))
+    assert str(told.value).isprintable()
 
 
 def test_a_gap_parts_a_run_and_is_not_bridged(tmp_path: Path) -> None:

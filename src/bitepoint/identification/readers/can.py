@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from bitepoint.errors import InputError
-from bitepoint.identification.readers.log import FileError, Log, library
+from bitepoint.identification.readers.log import FileError, Log, library, said_by
 from bitepoint.recording import Floats
 
 
@@ -31,8 +31,7 @@ def open_can(path: Path, databases: tuple[Path, ...]) -> Log:
     try:
         frames = list(_frames(can, path))
     except Exception as error:  # noqa: BLE001 - the readers raise whatever they met in the bytes
-        text = (str(error).splitlines() or [type(error).__name__])[0][:80]
-        raise FileError(where, f"cannot be read ({text})", "expected a candump, ASC or BLF file") from None
+        raise FileError(where, f"cannot be read ({said_by(error)})", "expected a candump, ASC or BLF file") from None
     find = _finder(messages)
     seen: dict[str, list[Any]] = {}
     known: dict[str, Any] = {}
@@ -58,7 +57,11 @@ def _frames(can: Any, path: Path) -> Iterator[Any]:
     kinds = {".log": (can.CanutilsLogReader, "r"), ".asc": (can.ASCReader, "r"), ".blf": (can.BLFReader, "rb")}
     reader, mode = kinds[path.suffix.lower()]
     with path.open(mode) as file:
-        for frame in reader(file):
+        frames = reader(file)
+        stated, there = getattr(frames, "file_size", 0), path.stat().st_size  # only BLF states its size
+        if stated > there:
+            raise ValueError(f"{there} of {stated} bytes: cut off")
+        for frame in frames:
             if not (frame.is_error_frame or frame.is_remote_frame):
                 yield frame
 
@@ -70,8 +73,7 @@ def _messages(cantools: Any, file: Path) -> list[Any]:
     except FileNotFoundError:
         raise InputError(str(file), "no such file", "check the path") from None
     except Exception as error:  # noqa: BLE001 - its parsers raise whatever they met
-        text = (str(error).splitlines() or [type(error).__name__])[0][:80]
-        raise InputError(str(file), f"cannot be read ({text})", "expected a DBC file") from None
+        raise InputError(str(file), f"cannot be read ({said_by(error)})", "expected a DBC file") from None
 
 
 def _finder(messages: list[Any]) -> Callable[[int, bool], Any]:
@@ -109,8 +111,8 @@ def _decoded(message: Any, signal: str, frames: list[Any], where: str) -> tuple[
         try:
             found = message.decode(bytes(frame.data), decode_choices=False, allow_truncated=False)
         except Exception as error:  # noqa: BLE001 - its decoders raise whatever they met
-            text = (str(error).splitlines() or [type(error).__name__])[0][:80]
-            raise FileError(where, f"{message.name} at {frame.timestamp:g} s: {text}", "use its own --dbc") from None
+            told = f"{message.name} at {frame.timestamp:g} s: {said_by(error)}"
+            raise FileError(where, told, "use its own --dbc") from None
         if signal in found:  # a multiplexed signal is in some frames only
             times.append(frame.timestamp)
             values.append(float(found[signal]))

@@ -30,6 +30,12 @@ class Log:
     read: Callable[[str], tuple[Floats, Floats]]
 
 
+def said_by(error: Exception) -> str:
+    """Return the first line of what a library says of bytes that it cannot read, without what no screen can show."""
+    line = (str(error).splitlines() or [type(error).__name__])[0]
+    return "".join(letter if letter.isprintable() else "?" for letter in line)[:80]
+
+
 def library(name: str, extra: str, where: str) -> Any:
     """Return an optional library.
 

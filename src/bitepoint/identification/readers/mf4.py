@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import gc
+import sys
 import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bitepoint.identification.readers.log import FileError, Log, library
+from bitepoint.identification.readers.log import FileError, Log, library, said_by
 from bitepoint.recording import Floats
 
 
@@ -20,15 +22,11 @@ def open_mf4(path: Path) -> Log:
         InputError: asammdf is not installed.
     """
     where = str(path)
-    asammdf = library("asammdf", "mf4", where)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            file = asammdf.MDF(path, raise_on_multiple_occurrences=False)
-            places: dict[str, Any] = {name: groups[0] for name, groups in file.channels_db.items()}
-            units = {name: _unit(file, place) for name, place in places.items()}
-    except Exception as error:  # noqa: BLE001 - asammdf raises whatever it met in the bytes
-        raise FileError(where, f"cannot be read ({_first_line(error)})", "expected an MDF file") from None
+    file, fault = _opened(library("asammdf", "mf4", where), path)
+    if fault:
+        raise FileError(where, f"cannot be read ({fault})", "expected an MDF file")
+    places: dict[str, Any] = {name: groups[0] for name, groups in file.channels_db.items()}
+    units = {name: _unit(file, place) for name, place in places.items()}
 
     def read(name: str) -> tuple[Floats, Floats]:
         group, index = places[name]
@@ -36,15 +34,31 @@ def open_mf4(path: Path) -> Log:
             signal = file.get(group=group, index=index)
             return np.asarray(signal.timestamps, float), np.asarray(signal.samples, float)
         except Exception as error:  # noqa: BLE001 - asammdf raises whatever it met in the bytes
-            raise FileError(where, f"{name}: cannot be read ({_first_line(error)})", "expected numbers") from None
+            raise FileError(where, f"{name}: cannot be read ({said_by(error)})", "expected numbers") from None
 
     return Log(where, units, read)
+
+
+def _opened(asammdf: Any, path: Path) -> tuple[Any, str]:
+    """Return the file, or None and what is wrong with it.
+
+    Of a broken file asammdf leaves an object behind that fails once more while it is taken away: it goes here, unheard.
+    """
+    fault, hook = "", sys.unraisablehook
+    sys.unraisablehook = lambda _: None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return asammdf.MDF(path, raise_on_multiple_occurrences=False), ""
+    except Exception as error:  # noqa: BLE001 - asammdf raises whatever it met in the bytes
+        fault = said_by(error)
+    finally:
+        if fault:
+            gc.collect()
+        sys.unraisablehook = hook
+    return None, fault
 
 
 def _unit(file: Any, place: Any) -> str | None:
     group, index = place
     return file.get_channel_unit(group=group, index=index) or None
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0][:80]

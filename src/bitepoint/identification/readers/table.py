@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bitepoint.identification.readers.log import FileError, Log
+from bitepoint.identification.readers.log import FileError, Log, said_by
 from bitepoint.identification.units import header_unit
 from bitepoint.recording import Floats
 from bitepoint.units import UnitError, parse
@@ -71,7 +71,7 @@ def _read(path: Path) -> Any:
     where = str(path)
     try:
         if path.suffix.lower() == ".parquet":
-            return parquet.read_table(path)
+            return parquet.ParquetFile(path).read()
         delimiter, decimal = _dialect(path)
         return csv.read_csv(
             path,
@@ -79,8 +79,7 @@ def _read(path: Path) -> Any:
             convert_options=csv.ConvertOptions(decimal_point=decimal),
         )
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
-        text = str(error).splitlines()[0][:80]
-        raise FileError(where, f"cannot be read ({text})", "expected CSV with a header, or Parquet") from None
+        raise FileError(where, f"cannot be read ({said_by(error)})", "expected CSV with a header, or Parquet") from None
 
 
 def _arrow() -> tuple[Any, Any, Any]:
@@ -106,9 +105,11 @@ def _metadata_unit(table: Any, name: str) -> str | None:
 
 
 def _seconds(table: Any, name: str, where: str) -> Floats:
-    """Return the column of time as numbers; dates become seconds since the first row."""
+    """Return the column of time as numbers; dates become seconds since the first row, durations seconds."""
     pa, _, _ = _arrow()
     column = table[name]
+    if pa.types.is_duration(column.type):
+        return _floats(table.set_column(0, name, column.cast(pa.duration("ns")).cast(pa.int64())), name, where) * 1e-9
     if pa.types.is_timestamp(column.type):
         ticks = column.cast(pa.timestamp("ns")).cast(pa.int64()).to_numpy(zero_copy_only=False)
         return (ticks - ticks[0]) * 1e-9
