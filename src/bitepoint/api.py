@@ -115,7 +115,7 @@ class Identification(Identified):
         """Write the model file, and the report in HTML, beside the model if it has no place of its own.
 
         Raises:
-            InputError: a file cannot be written.
+            InputError: a file cannot be written, or both are one.
         """
         from bitepoint.report.identification import identification_page
 
@@ -125,6 +125,8 @@ class Identification(Identified):
         for path in paths:
             if not path.parent.is_dir() or path.is_dir():
                 raise InputError(str(path), "cannot be written", "expected a file in a folder that exists")
+        if len(set(paths)) < len(paths):
+            raise InputError(str(model), "is model and report", "expected a model that ends in .json")
         if report is not None:
             try:
                 write_atomically(Path(report), identification_page(self).encode(errors="backslashreplace"))
