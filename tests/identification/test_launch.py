@@ -143,6 +143,43 @@ def test_a_late_torque_is_noticed_and_mended(logs: Logs, tmp_path: Path) -> None
     assert mended.errors["validation"]["slip"].one_step_rms < 0.8 * late.errors["validation"]["slip"].one_step_rms
 
 
+def test_logs_that_are_finer_than_the_raster_serve_as_well(logs: Logs, validation: Path) -> None:
+    found = bitepoint.identify(logs(log__period="2 ms"), validate=validation, period="10 ms")
+    assert largest(found, "engine_speed") <= 1.0
+    assert largest(found, "slip") <= 2.5
+    assert "finer than the raster: 50 logs" in found.warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("channel", "factor", "said"),
+    [
+        ("time", 1e3, "rows are 10 s apart, a launch lasts about a second"),
+        ("slip", 100.0, "slip: reaches"),
+        ("engine_speed", 30.0 / np.pi, "engine_speed: reaches"),
+    ],
+)
+def test_units_that_cannot_be_are_refused(
+    logs: Logs, tmp_path: Path, refused: Refused, channel: str, factor: float, said: str
+) -> None:
+    log = Recording.from_parquet(logs(vehicle__mass="1600 kg", controller__throttle="30 %") / "run-1.parquet")
+    data, time = log.data.copy(), log.time
+    if channel == "time":
+        time = factor * time
+    else:
+        data[[each.name for each in log.channels].index(channel)] *= factor
+    Recording(time, log.channels, data).to_parquet(tmp_path / "a.parquet")
+    refused(lambda: bitepoint.identify(tmp_path / "a.parquet"), said)
+
+
+def test_a_log_that_is_read_with_few_rows_has_a_report(bitepoint: Command, logs: Logs, tmp_path: Path) -> None:
+    log = Recording.from_parquet(logs(vehicle__mass="1600 kg", controller__throttle="30 %") / "run-1.parquet")
+    Recording(log.time[:20], log.channels, log.data[:, :20]).to_parquet(tmp_path / "a.parquet")
+    done = bitepoint("identify", str(tmp_path / "a.parquet"), "--out", str(tmp_path / "m.json"))
+    assert (done.status, done.err) == (0, "")
+    assert "seems to be" not in done.out
+    assert names_in(tmp_path) == ["a.parquet", "m.html", "m.json"]
+
+
 # the command
 
 
@@ -211,6 +248,7 @@ def test_a_broken_log_among_good_ones_is_a_warning(bitepoint: Command, logs: Log
         (["--period", "2 s"], ["no piece of it has 10 rows"]),
         (["--validate", "nowhere"], ["nowhere: no such file"]),
         (["--out", "nowhere/model.json"], ["nowhere/model.json: cannot be written"]),
+        (["--out", "model.html"], ["model.html: is model and report", ".json"]),
         (["--fast"], ["--fast"]),
     ],
 )

@@ -295,41 +295,11 @@ def test_a_name_twice_in_a_parquet_file_is_told_and_binary_text_is_not_printed(
     assert str(told.value).isprintable()
 
 
-def test_a_gap_parts_a_run_and_is_not_bridged(tmp_path: Path) -> None:
-    keep = (TIME < 0.6) | (TIME > 1.2)
-    path = write_csv(tmp_path / "log.csv", {"time": TIME[keep], **{name: v[keep] for name, v in TRUE.items()}})
-    data = read_dataset([path], Request(BOTH))
-    assert [len(run.time) for run in data.runs] == [60, 79]
-    assert data.warnings == (f"{path}: 1 gaps, so it counts as 2 runs",)
-    times = np.concatenate([run.time for run in data.runs])
-    assert not ((times > 0.6) & (times < 1.2)).any()
-    for run in data.runs:
-        assert run["clutch_torque"] == pytest.approx(50.0 + 10.0 * run.time)
-
-
-def test_a_channel_that_comes_late_is_told(tmp_path: Path) -> None:
-    torque = TRUE["clutch_torque"].copy()
-    torque[:50] = np.nan
-    data = read_dataset([good(tmp_path / "log.csv", clutch_torque=torque)], Request(BOTH))
-    assert data.runs[0].time[0] == pytest.approx(0.5)
-    assert "clutch_torque has values from 0.5 s to 1.99 s only" in data.warnings[0]
-
-
-def test_a_delay_is_taken_out(tmp_path: Path) -> None:
-    late = 50.0 + 10.0 * (TIME - 0.03)
-    data = read_dataset([good(tmp_path / "log.csv", clutch_torque=late)], Request(BOTH, delays={"clutch_torque": 0.03}))
-    run = data.runs[0]
-    assert run["clutch_torque"] == pytest.approx(50.0 + 10.0 * run.time)
-    assert run["engine_speed"] == pytest.approx(100.0 + 20.0 * np.sin(run.time))
-
-
-def test_all_runs_come_to_one_raster(tmp_path: Path) -> None:
-    time = np.arange(100) * 0.02 + 0.003
-    slow = write_csv(tmp_path / "b.csv", {"time": time, "engine_speed": 2 * time, "clutch_torque": 3 * time})
-    data = read_dataset([good(tmp_path / "a.csv"), slow], Request(BOTH))
-    assert np.diff(data.runs[1].time) == pytest.approx(0.01)
-    assert data.runs[1]["engine_speed"] == pytest.approx(2 * data.runs[1].time)
-    assert len(read_dataset([slow], Request(BOTH, period=0.05)).runs[0].time) == 40
+def test_a_value_that_no_car_reaches_is_of_another_unit(tmp_path: Path, refused: Refused) -> None:
+    path = good(tmp_path / "a.csv", engine_speed=RPM * TRUE["engine_speed"])
+    request = Request(BOTH, limits={"engine_speed": 1e3})
+    refused(lambda: read_dataset([path], request), "a.csv: engine_speed: reaches 11", "rad/s", "--column engine_speed=")
+    check(path, columns={"engine_speed": "engine_speed rpm"}, limits={"engine_speed": 1e3})
 
 
 def test_folders_stand_for_their_logs(tmp_path: Path, refused: Refused) -> None:

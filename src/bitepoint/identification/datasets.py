@@ -7,25 +7,21 @@ in a warning. What is asked for and cannot be done is refused.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 
 from bitepoint.errors import InputError
 from bitepoint.identification.columns import find_column
 from bitepoint.identification.readers import SUFFIXES, FileError, Log, open_log
+from bitepoint.identification.resampling import LEAST_ROWS, Signal, is_finer, pieces
 from bitepoint.recording import Channel, Floats, Recording
 
-GAP = 3.0
-"""A step of time longer than this many usual ones is a gap."""
-
-LEAST_ROWS = 10
-"""A piece between gaps with fewer rows is left out."""
-
-MOST_ROWS = 20_000_000
-"""Most rows of one run."""
+COARSER = 1.5
+"""A channel with a step of time longer than this many of the raster is remarked."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +34,8 @@ class Request:
         delays: channel -> how much it is late in the logs, s.
         databases: DBC files for CAN frames.
         period: raster, s; None: that of the first usable file.
+        held: channels whose values act from their row on, torques; the others are sampled at it.
+        limits: channel -> magnitude, SI, above which it cannot be what it says.
     """
 
     channels: tuple[Channel, ...]
@@ -45,6 +43,8 @@ class Request:
     delays: Mapping[str, float] = field(default_factory=dict[str, float])
     databases: tuple[Path, ...] = ()
     period: float | None = None
+    held: frozenset[str] = frozenset()
+    limits: Mapping[str, float] = field(default_factory=dict[str, float])
 
     def __post_init__(self) -> None:
         """Hold that columns and delays name wanted channels.
@@ -119,36 +119,60 @@ def read_dataset(paths: Sequence[str | Path], request: Request, option: str = "i
     warnings: list[str] = []
     faults: list[FileError] = []
     files: dict[str, str] = {}
-    period = request.period
+    period, remarks = request.period, _Remarks()
     for path in log_files(paths, option):
         try:
-            log = open_log(path, request.databases, request.columns.get("time"))
-            signals = _signals(log, request, warnings)
-            period = _usual_step(signals[0][0]) if period is None else period
-            pieces = _pieces(signals, request.channels, period, str(path))
+            signals = _signals(open_log(path, request.databases, request.columns.get("time")), request, warnings)
+            step = max(round(signals[0].step, 6), 1e-6) if period is None else period
+            found = pieces(signals, step, str(path))
         except FileError as fault:
             faults.append(fault)
             warnings.append(f"{fault.where}: {fault.problem}; the file is left out")
             continue
-        if not pieces:
+        if not found:
             warnings.append(f"{path}: no piece of it has {LEAST_ROWS} rows between gaps; the file is left out")
             continue
-        if len(pieces) > 1:
-            warnings.append(f"{path}: {len(pieces) - 1} gaps, so it counts as {len(pieces)} runs")
+        if len(found) > 1:
+            warnings.append(f"{path}: {len(found) - 1} gaps, so it counts as {len(found)} runs")
+        period = step
+        remarks.see(signals, request.channels, period)
         files[str(path)] = hashlib.sha256(path.read_bytes()).hexdigest()
-        runs += pieces
+        runs += [Recording(raster, request.channels, data, {"file": str(path)}) for raster, data in found]
     if not runs or period is None:
-        if faults:
-            raise InputError(faults[0].where, faults[0].problem, faults[0].mend)
-        raise InputError(
-            option, warnings[0] if warnings else "no usable log", "expected longer logs, or a shorter period"
-        )
-    return Dataset(tuple(runs), period, tuple(warnings), files)
+        _refuse(faults, warnings, option)
+    return Dataset(tuple(runs), period, (*warnings, *remarks.told(period)), files)
 
 
-def _signals(log: Log, request: Request, warnings: list[str]) -> list[tuple[Floats, Floats]]:
-    """Return times and values of the wanted channels, in their units, delays taken out; add what is to be told."""
-    result: list[tuple[Floats, Floats]] = []
+def _refuse(faults: Sequence[FileError], warnings: Sequence[str], option: str) -> NoReturn:
+    if faults:
+        raise InputError(faults[0].where, faults[0].problem, faults[0].mend)
+    raise InputError(option, warnings[0] if warnings else "no usable log", "expected longer logs, or a shorter period")
+
+
+@dataclass
+class _Remarks:
+    """What resampling has done to all logs together."""
+
+    averaged: int = 0
+    coarse: dict[str, float] = field(default_factory=dict[str, float])
+
+    def see(self, signals: Sequence[Signal], channels: Sequence[Channel], period: float) -> None:
+        self.averaged += is_finer(signals, period)
+        for channel, signal in zip(channels, signals, strict=True):
+            if signal.step > COARSER * period:
+                self.coarse[channel.name] = max(signal.step, self.coarse.get(channel.name, 0.0))
+
+    def told(self, period: float) -> Iterator[str]:
+        if self.averaged:
+            yield f"finer than the raster: {self.averaged} logs, all channels of them are means over {period:g} s"
+        if self.coarse:
+            names, step = ", ".join(self.coarse), max(self.coarse.values())
+            yield f"coarser than the raster, up to {step:.3g} s: {names}; the rows in between are interpolated"
+
+
+def _signals(log: Log, request: Request, warnings: list[str]) -> list[Signal]:
+    """Return the wanted channels in their units, delays taken out; add what is to be told."""
+    result: list[Signal] = []
     for channel in request.channels:
         column = find_column(log, channel, request.columns.get(channel.name))
         time, values = log.read(column.name)
@@ -161,7 +185,9 @@ def _signals(log: Log, request: Request, warnings: list[str]) -> list[tuple[Floa
         if not rising.all():
             row = int(np.argmin(rising)) + 1
             raise FileError(where, f"time does not increase at {time[row]:g} s", "sort the rows, remove repeated ones")
-        result.append((time - request.delays.get(channel.name, 0.0), values * column.scale + column.offset))
+        values = values * column.scale + column.offset
+        _hold_plausible(channel, values, request.limits.get(channel.name, np.inf), where)
+        result.append(Signal(time - request.delays.get(channel.name, 0.0), values, channel.name in request.held))
     return result
 
 
@@ -180,50 +206,8 @@ def _present(time: Floats, values: Floats, where: str) -> tuple[Floats, Floats]:
     return time[span], values[span]
 
 
-def _usual_step(time: Floats) -> float:
-    """Return the median step of time, rounded to a microsecond."""
-    return max(round(float(np.median(np.diff(time))), 6), 1e-6)
-
-
-def _pieces(
-    signals: Sequence[tuple[Floats, Floats]], channels: tuple[Channel, ...], period: float, where: str
-) -> list[Recording]:
-    """Return what lies between gaps, on the raster."""
-    start, end = max(time[0] for time, _ in signals), min(time[-1] for time, _ in signals)
-    if end <= start:
-        raise FileError(where, "its channels have no time in common", "expected channels that overlap")
-    if (end - start) / period > MOST_ROWS:
-        raise FileError(where, f"{end - start:g} s of log", f"expected at most {MOST_ROWS} rows")
-    cuts = [(start, end)]
-    for time, _ in signals:
-        step = np.diff(time)
-        gaps = np.flatnonzero(step > GAP * max(float(np.median(step)), period))
-        cuts = [piece for cut in cuts for piece in _without(cut, time[gaps], time[gaps + 1])]
-    pieces: list[Recording] = []
-    for first, last in cuts:
-        raster = _raster(signals[0][0], first, last, period)
-        if len(raster) < LEAST_ROWS:
-            continue
-        data = np.array([np.interp(raster, time, values) for time, values in signals])
-        pieces.append(Recording(raster, channels, data, {"file": where}))
-    return pieces
-
-
-def _without(cut: tuple[float, float], begins: Floats, ends: Floats) -> list[tuple[float, float]]:
-    """Return what is left of a span of time without the gaps."""
-    left: list[tuple[float, float]] = []
-    first, last = cut
-    for begin, end in zip(begins.tolist(), ends.tolist(), strict=True):
-        if begin < last and end > first:
-            left.append((first, min(begin, last)))
-            first = end
-    left.append((first, last))
-    return [(a, b) for a, b in left if b > a]
-
-
-def _raster(time: Floats, first: float, last: float, period: float) -> Floats:
-    """Return the raster of a piece; it begins at a row of the first channel, so that rows on the raster stay rows."""
-    inside = time[(time >= first - 1e-9) & (time <= last + 1e-9)]
-    start = max(float(inside[0]), first) if inside.size else first
-    rows = int(np.floor((last - start) / period + 1e-6)) + 1
-    return start + period * np.arange(max(rows, 0), dtype=np.float64)
+def _hold_plausible(channel: Channel, values: Floats, limit: float, where: str) -> None:
+    worst = float(np.abs(values).max())
+    if worst > limit:
+        unit = f"at most {limit:g} {channel.unit}; its unit is named by --column {channel.name}='NAME UNIT'"
+        raise FileError(where, f"reaches {worst:g} {channel.unit}", f"expected {unit}")

@@ -37,6 +37,14 @@ UNITS: Mapping[str, str] = {
 }  # fmt: skip
 """Their units."""
 
+LIMITS: Mapping[str, float] = {
+    "engine_speed": 1e3, "slip": 1e3, "clutch_torque": 1e4, "engine_torque": 1e4, "load_torque": 1e5,
+}  # fmt: skip
+"""Magnitudes, SI, that no road vehicle reaches as it moves off: another unit, or a mark for "no value" (chosen)."""
+
+LONGEST_PERIOD = 0.2
+"""Longest raster, s: a launch lasts about a second."""
+
 HELD_OUT = 5
 """Without validation logs every one of so many training runs is held out for validation."""
 
@@ -79,7 +87,8 @@ class Options:
     def request(self, period: float | None) -> Request:
         """Return what is wanted of the logs."""
         channels = tuple(Channel(name, UNITS[name]) for name in LAUNCH.names)
-        return Request(channels, self.columns or {}, self.delays or {}, self.databases, period)
+        held = frozenset((*LAUNCH.inputs, *LAUNCH.disturbances))
+        return Request(channels, self.columns or {}, self.delays or {}, self.databases, period, held, LIMITS)
 
 
 @dataclass(frozen=True)
@@ -132,6 +141,9 @@ def identify_launch(
     """
     options = Options() if options is None else options
     data = read_dataset(paths, options.request(options.period))
+    if data.period > LONGEST_PERIOD:
+        mend = f"expected at most {LONGEST_PERIOD:g} s; a time in ms is named by --column time='NAME ms'"
+        raise InputError("identify", f"rows are {data.period:g} s apart, a launch lasts about a second", mend)
     warnings = list(data.warnings)
     if validate:
         checked = read_dataset(validate, options.request(data.period), "--validate")
