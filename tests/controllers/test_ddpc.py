@@ -15,7 +15,9 @@ from bitepoint.controllers.prediction import predict
 from bitepoint.errors import InputError
 from bitepoint.models.arx import ArxModel
 from bitepoint.models.launch import DISTURBANCES, INPUTS, OUTPUTS, LaunchModel
+from bitepoint.models.launch_vehicle import LaunchVehicle
 from bitepoint.numerics.dense_qp import DenseQp
+from bitepoint.recording import Recording
 
 RNG = np.random.default_rng(3)
 
@@ -95,6 +97,66 @@ def test_an_engine_that_is_pulled_down_opens_the_clutch() -> None:
     low = (speed < 80.0) & (result.recording["launch_phase"][::5] == 1.0)
     assert low.any()
     assert (np.diff(command)[low[:-1]] < 0.0).mean() > 0.5
+
+
+def last_chance(recording: Recording, jerk: float) -> float:
+    """Last time at which any controller can still keep the engine at its idle speed within a jerk: with full load at
+    once, and the clutch torque falling as fast as the jerk allows."""
+    car = LaunchVehicle.of(assemble("dct-launch", HILL).system.plant.parameters)
+    model, step, found = car.model, 1e-3, 0.0
+    for row in range(250, len(recording.time), 5):
+        speed, clutch = recording["engine_speed"][row], recording["clutch_torque"][row]
+        for _ in range(600):
+            engine = float(np.interp(speed, car.engine_speeds, car.highest_torque))
+            speed += step * (engine - clutch - model.engine_friction * speed) / model.engine_inertia
+            clutch = max(clutch - step * model.torque_rate(jerk), 0.0)
+            if speed < car.idle_speed:
+                break
+        else:
+            found = float(recording.time[row])
+    return found
+
+
+def test_the_limit_is_seen_too_late_for_the_published_jerk() -> None:
+    recording = bitepoint.run("dct-launch", {"controller": "ddpc", **HILL}).recording
+    command = recording["clutch_torque_command"]
+    opens = float(recording.time[1:][(np.diff(command) < 0.0) & (recording.time[1:] > 0.5)][0])
+    assert last_chance(recording, 7.6) < opens - 0.05
+    assert last_chance(recording, 18.0) > last_chance(recording, 7.6)
+
+
+@pytest.mark.parametrize("intent", ["slow", "normal", "urgent"])
+def test_on_the_level_the_horizon_of_the_limit_changes_nothing(intent: str) -> None:
+    figures = [
+        bitepoint.run("dct-launch", {"controller": "ddpc", "intent": intent, "controller.limit_horizon": steps})
+        for steps in (4, 0, 30)
+    ]
+    assert len({str(each.to_json()) for each in figures}) == 1
+
+
+def test_a_limit_that_is_foreseen_is_kept_with_the_published_jerk() -> None:
+    foreseen = bitepoint.run("dct-launch", {"controller": "ddpc", **HILL, "controller.limit_horizon": 30}).metrics
+    assert foreseen["engine_speed_min"].value >= 82.9
+    assert foreseen["jerk_peak"].value <= 7.6
+    assert foreseen["launch_time"].value <= 1.8
+    without = bitepoint.run("dct-launch", {"controller": "ddpc", **HILL, "controller.limit_horizon": 0})
+    assert without.status == "stalled"
+    assert without.metrics["friction_work"].value == pytest.approx(11_720.0, rel=0.05)
+    assert without.metrics["jerk_peak"].value <= 7.6
+
+
+def test_engine_speeds_where_they_are_limited_are_those_of_the_model() -> None:
+    vehicle = assemble("dct-launch", {}).system.plant.parameters
+    source = {**ddpc.calibrations()["paper"], "limit_horizon": 30}
+    source.pop("source")
+    parameters = ddpc.design(vehicle, ddpc.CONTROLLER.calibration.parse(source, "test"))[0]
+    model, moves = LaunchModel.of(vehicle).arx(0.01), np.array([3.0, -1.0, 2.0, 5.0])
+    torque = np.concatenate([np.zeros(1), np.cumsum(moves), np.full(40, moves.sum())])[1:, np.newaxis]
+    y = model.free_run(np.full((40, 2), 100.0), torque[:40], np.zeros((40, 2)))
+    still = model.free_run(np.full((40, 2), 100.0), np.zeros((40, 1)), np.zeros((40, 2)))
+    steps = [8, 15, 23, 30]
+    found = parameters["matrices"]["constraints"][8:, :] @ moves
+    assert found == pytest.approx((y - still)[steps, 0], rel=1e-9)
 
 
 @pytest.mark.parametrize("intent", ["slow", "normal", "urgent"])

@@ -8,7 +8,8 @@ linear difference model, identified from logs or derived from the vehicle, says 
 subject to limits of the clutch torque, of its rate, and of the engine speed. D1 follows from the launch intention.
 Where no moves keep the engine speed within its limits, the limit gives way to what opening the clutch at its fastest
 reaches, so that this is always an answer, and the programme always has one. Over four steps that is little: a heavier
-vehicle on a hill still pulls the engine down.
+vehicle on a hill still pulls the engine down. `limit_horizon` looks further ahead for this limit alone, at four times
+in as many rows; the clutch torque then stays after its four moves.
 
 The model sees the slip of the wheels, engine speed - ratio * wheel speed: that of the driven plate carries the
 oscillation of the shafts, which no model of this order holds.
@@ -23,6 +24,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from bitepoint.controllers.controller import Controller
 from bitepoint.controllers.engine_speed import (
@@ -44,10 +46,14 @@ from bitepoint.numerics.qp import qp_solver
 from bitepoint.numerics.qp_records import SOLVED
 from bitepoint.numerics.tables import lookup
 from bitepoint.parts.engine import Engine, engine_torque, throttle_effect
+from bitepoint.recording import Floats
 from bitepoint.records import Curve, FloatArray, Record, RecordArray, count, curve, nested, quantity
 
 MOVES = 4
 """Prediction and control horizon, steps [1]."""
+
+MOST_STEPS = 100
+"""Longest horizon of the limits of the engine speed."""
 
 DEPTH = 3
 """Rows of the past that a prediction takes: the highest order of a model."""
@@ -76,6 +82,9 @@ class DdpcCalibration(Record):
         _PEDAL, ("decay", "1", 0, 0.99), "D1, share of the slip to be removed in a step, where no block gives it"
     )
     move_weight: float = quantity("rad^2/s^2/N^2/m^2", 1e-6, 1e6, "rho, weight of a move against an error of the slip")
+    limit_horizon: int = count(
+        0, MOST_STEPS, "steps over which the limits of the engine speed are foreseen; 0: there are none", default=MOVES
+    )
     touch_delay: float = quantity("s", 0, 5, "time from pedal onset until the clutch touches")
     closing_slip: float = quantity("rad/s", 0.01, 100, "slip below which the clutch closes")
     closing_rate: float = quantity("N*m/s", 1, 1e5, "how fast it closes")
@@ -100,7 +109,7 @@ class DdpcParameters(Record):
         "1", -1e12, 1e12, "slip after each step per number of the past", shape=(MOVES, PAST)
     )
     free_engine: FloatArray = quantity(
-        "1", -1e12, 1e12, "engine speed after each step per number of the past", shape=(MOVES, PAST)
+        "1", -1e12, 1e12, "engine speed where it is limited, per number of the past", shape=(MOVES, PAST)
     )
     matrices: Qp4x12Matrices = nested(Qp4x12Matrices, "rows: moves, clutch torques, engine speeds; factorised")
 
@@ -315,19 +324,27 @@ def design_on(vehicle: RecordArray, calibration: RecordArray, model: ArxModel) -
     parameters["ratio"] = launch.ratio
     parameters["idle_throttle"] = idle_throttle(engine)
     parameters["torque_limit"], parameters["rate_limit"] = clutch["torque_limit"], clutch["torque_rate_limit"]
-    response, free = predict(model, MOVES, DEPTH)
-    engine_response, slip_response = response
-    parameters["free_engine"], parameters["free_slip"] = free
+    (_, slip_response), (_, parameters["free_slip"]) = predict(model, MOVES, DEPTH)
     parameters["gradient"] = -slip_response.T
+    engine_response, parameters["free_engine"] = _engine_rows(model, calibration["limit_horizon"])
     matrices = SOLVER.matrices.zeros(len(calibration))
     matrices["variables"], matrices["rows"] = MOVES, 3 * MOVES
     weights = calibration["move_weight"][:, np.newaxis, np.newaxis] * np.eye(MOVES)
     matrices["hessian"] = slip_response.T @ slip_response + weights
-    matrices["constraints"] = np.vstack([np.eye(MOVES), np.tril(np.ones((MOVES, MOVES))), engine_response])
+    matrices["constraints"][:, : 2 * MOVES] = np.vstack([np.eye(MOVES), np.tril(np.ones((MOVES, MOVES)))])
+    matrices["constraints"][:, 2 * MOVES :] = engine_response
     if SOLVER.factorise.run(matrices, life="interpreted").any():
         raise InputError("model", "its predictions overflow", "identify it anew, or raise controller.move_weight")
     parameters["matrices"] = matrices
     return parameters
+
+
+def _engine_rows(model: ArxModel, horizons: npt.NDArray[np.int64]) -> tuple[Floats, Floats]:
+    """Return how the engine speed at four times follows from moves and past, (n, MOVES, MOVES) and (n, MOVES, PAST)."""
+    response, free = predict(model, max(int(horizons.max()), MOVES), DEPTH)
+    steps = np.ceil(horizons[:, np.newaxis] * np.arange(1, MOVES + 1) / MOVES).astype(int)
+    there = (steps > 0)[:, :, np.newaxis]
+    return response[0][steps - 1][:, :, :MOVES] * there, free[0][steps - 1] * there
 
 
 def _check(model: ArxModel) -> None:

@@ -62,6 +62,12 @@ BESIDE: tuple[tuple[str, Mapping[str, str]], ...] = (
 )
 """Controllers that the paper has not."""
 
+LIMITED: tuple[tuple[str, Mapping[str, str]], ...] = (
+    ("ddpc without engine limit", {"controller": "ddpc", "controller.limit_horizon": "0"}),
+    ("ddpc, engine limit over 0.3 s", {"controller": "ddpc", "controller.limit_horizon": "30"}),
+)
+"""The experiment on the jerk of the robustness case."""
+
 NOTES = (
     "The rows of ddpc and of launch_pid come from one parameter set each. The jerk counts to sync, as in the paper, "
     "which must have left the sync out: until 0.5 s later (jerk_peak_settled) both controllers jerk far more.",
@@ -72,8 +78,10 @@ NOTES = (
     "is from 50 runs over grades, throttles and two masses, with 0.1 rad/s of noise on the speeds. The least AIC is "
     "then at higher orders, but its knee over n_a lies at 2, and (2,1,1) is as good in free run. "
     "The training run is judged by a model of its one vehicle: one of two masses splits the difference between them.",
-    "In the robustness case ddpc foresees 40 ms: too little to keep the engine above its limit of 83 rad/s, and as it "
-    "opens the clutch again, the vehicle jerks. launch_mpc shows what is reached with that limit kept.",
+    "In the robustness case ddpc jerks because it sees the limit of the engine speed, 83 rad/s, only 40 ms ahead, and "
+    "then has to open the clutch at 750 N m/s, which is 18 m/s^3. Without the limit the same parameters stay below the "
+    "published jerk, close to time and work, and the engine stalls at sync; foreseen over 0.3 s, the limit is kept "
+    "within the published jerk, in more time.",
 )
 
 
@@ -166,7 +174,7 @@ def _robustness() -> Iterator[Row]:
     yield from _compared(f"ddpc, {case}", result, ROBUSTNESS)
     lowest = result.metrics["engine_speed_min"]
     yield Row(f"ddpc, {case}", "engine_speed_min", None, lowest.value, lowest.unit)
-    for name, settings in BESIDE:
+    for name, settings in (*LIMITED, *BESIDE):
         yield from _beside(f"{name}, {case}", run("dct-launch", {**HILL, **settings}), "engine_speed_min")
 
 
