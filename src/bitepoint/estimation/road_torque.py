@@ -24,7 +24,8 @@ import numpy as np
 
 from bitepoint.errors import InputError
 from bitepoint.kernels import is_finite, kernel
-from bitepoint.parts.gears import axle_side_inertia, overall_ratio
+from bitepoint.models.launch import wheel_side_inertia
+from bitepoint.parts.gears import overall_ratio
 from bitepoint.records import Record, RecordArray, count, quantity
 
 
@@ -142,16 +143,12 @@ def design_road_observer(
         mend = "expected a time constant of at least twice a positive period"
         raise InputError("road observer", f"got a period of {period:g} s and {time_constant:g} s", mend)
     gearbox = vehicle["gearbox"].copy()
-    ratio, axle = overall_ratio.run(gearbox, life="interpreted"), axle_side_inertia.run(gearbox, life="interpreted")
-    behind = vehicle["vehicle"]["mass"] * vehicle["vehicle"]["wheel_radius"] ** 2 + axle
-    leverage = gearbox["efficiency"] * ratio**2
     pole = math.exp(-period / time_constant)
     result = RoadObserver.zeros(len(vehicle))
     result["period"], result["speed_gain"], result["torque_gain"] = period, 1.0 - pole**2, (1.0 - pole) ** 2
-    result["ratio"], result["efficiency"] = ratio, gearbox["efficiency"]
-    result["slipping_inertia"] = behind + leverage * vehicle["clutch"]["plate_inertia"]
-    turning = vehicle["clutch"]["plate_inertia"] + vehicle["engine"]["inertia"]
-    result["locked_inertia"] = behind + leverage * turning
+    result["ratio"], result["efficiency"] = overall_ratio.run(gearbox, life="interpreted"), gearbox["efficiency"]
+    result["slipping_inertia"] = wheel_side_inertia(vehicle)
+    result["locked_inertia"] = wheel_side_inertia(vehicle, with_engine=True)
     result["engine_friction"] = vehicle["engine"]["friction"]
     result["moving_speed"], result["lock_slip"] = moving_speed, lock_slip
     return result

@@ -22,6 +22,7 @@ from bitepoint.errors import InputError
 from bitepoint.models.arx import ArxModel
 from bitepoint.numerics.discretisation import zero_order_hold
 from bitepoint.parts.gears import axle_side_inertia, overall_ratio
+from bitepoint.recording import Floats
 from bitepoint.records import RecordArray
 
 RESPONSE_STEPS = 20
@@ -30,6 +31,19 @@ RESPONSE_STEPS = 20
 OUTPUTS = ("engine_speed", "slip")
 INPUTS = ("clutch_torque",)
 DISTURBANCES = ("engine_torque", "load_torque")
+
+
+def wheel_side_inertia(vehicle: RecordArray, *, with_engine: bool = False) -> Floats:
+    """Return what a clutch torque has to turn, at the wheels, kg m^2, shape (n,): i^2 J.
+
+    Args:
+        vehicle: records with the blocks vehicle, engine, clutch and gearbox.
+        with_engine: whether the engine, without its transient loss, turns along, as with the clutch locked.
+    """
+    body, gearbox = vehicle["vehicle"], vehicle["gearbox"].copy()
+    ratio, axle = overall_ratio.run(gearbox, life="interpreted"), axle_side_inertia.run(gearbox, life="interpreted")
+    turning = vehicle["clutch"]["plate_inertia"] + (vehicle["engine"]["inertia"] if with_engine else 0.0)
+    return body["mass"] * body["wheel_radius"] ** 2 + axle + gearbox["efficiency"] * ratio**2 * turning
 
 
 @dataclass(frozen=True)
@@ -58,16 +72,13 @@ class LaunchModel:
         """Return the model of a vehicle: one record with the blocks vehicle, engine, clutch and gearbox."""
         body, engine, clutch, gearbox = (vehicle[block] for block in ("vehicle", "engine", "clutch", "gearbox"))
         ratio = float(overall_ratio.run(gearbox.copy(), life="interpreted")[0])
-        axle = float(axle_side_inertia.run(gearbox.copy(), life="interpreted")[0])
-        efficiency, radius = float(gearbox["efficiency"][0]), float(body["wheel_radius"][0])
-        behind = efficiency * float(clutch["plate_inertia"][0])
         return LaunchModel(
             engine_inertia=float(engine["inertia"][0] + engine["transient_loss"][0]),
             engine_friction=float(engine["friction"][0]),
             ratio=ratio,
-            efficiency=efficiency,
-            inertia=behind + (axle + float(body["mass"][0]) * radius**2) / ratio**2,
-            wheel_radius=radius,
+            efficiency=float(gearbox["efficiency"][0]),
+            inertia=float(wheel_side_inertia(vehicle)[0]) / ratio**2,
+            wheel_radius=float(body["wheel_radius"][0]),
             torque_limit=float(clutch["torque_limit"][0]),
             torque_rate_limit=float(clutch["torque_rate_limit"][0]),
         )
