@@ -290,6 +290,7 @@ def identify(
     delays: Mapping[str, str | float] | None = None,
     dbc: str | Path | Sequence[str | Path] = (),
     period: str | float | None = None,
+    ratio: float | None = None,
 ) -> Identification:
     """Identify the model of a launch from logs.
 
@@ -302,6 +303,7 @@ def identify(
         delays: channel -> how late it is in the logs: {"clutch_torque": "20 ms"}.
         dbc: databases for CAN frames.
         period: raster of the model; None: that of the first log.
+        ratio: engine side speed over wheel speed: the slip is then formed from engine_speed and wheel_speed.
 
     Raises:
         InputError: whatever in files or options is not as it should be.
@@ -314,6 +316,7 @@ def identify(
         delays={name: _time("--delay", f"{name}: ", value) for name, value in (delays or {}).items()},
         databases=tuple(map(Path, _several(dbc))),
         period=None if period is None else _time("--period", "", period),
+        ratio=ratio,
     )
     found = identify_launch(_several(files), _several(validate), options)
     return Identification(**{each.name: getattr(found, each.name) for each in fields(found)})

@@ -150,6 +150,15 @@ def test_logs_that_are_finer_than_the_raster_serve_as_well(logs: Logs, validatio
     assert "finer than the raster: 50 logs" in found.warnings[0]
 
 
+def test_slip_is_formed_from_the_wheel_speed(training: Path, validation: Path, found: Identification) -> None:
+    ratio = float(Recording.from_parquet(training / "run-01.parquet").about["ratio"])
+    formed = bitepoint.identify(training, validate=validation, ratio=ratio)
+    assert formed.model.outputs == ("engine_speed", "slip")
+    assert formed.training[0]["slip"] == pytest.approx(found.training[0]["slip"], abs=1e-6)
+    assert formed.model.past_outputs == pytest.approx(found.model.past_outputs, abs=1e-4)
+    assert formed.model.about["ratio"] == ratio
+
+
 @pytest.mark.parametrize(
     ("channel", "factor", "said"),
     [
@@ -244,6 +253,8 @@ def test_a_broken_log_among_good_ones_is_a_warning(bitepoint: Command, logs: Log
         (["--column", "slip=n"], ["no channel n for slip"]),
         (["--column", "slip=a", "--column", "slip=b"], ["--column: slip: given twice"]),
         (["--delay", "slip=2 kg"], ["--delay: slip: got unit 'kg'"]),
+        (["--ratio", "0"], ["--ratio: got 0", "0.1..100"]),
+        (["--ratio", "x"], ["--ratio"]),
         (["--period", "1 m"], ["--period: got unit 'm'"]),
         (["--period", "2 s"], ["no piece of it has 10 rows"]),
         (["--validate", "nowhere"], ["nowhere: no such file"]),

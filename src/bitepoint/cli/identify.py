@@ -36,6 +36,9 @@ Databases = Annotated[list[Path] | None, typer.Option("--dbc", metavar="FILE", h
 Period = Annotated[
     str | None, typer.Option("--period", metavar="TIME", help="Raster of the model; that of the first log by default.")
 ]
+Ratio = Annotated[
+    float | None, typer.Option("--ratio", metavar="RATIO", help="Of the gear: slip from engine_speed and wheel_speed.")
+]
 Out = Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Model to write, JSON; a report beside it.")]
 Report = Annotated[Path | None, typer.Option("--report", metavar="FILE", help="Report to write, HTML.")]
 
@@ -50,6 +53,7 @@ def identify(
     delay: Delays = None,
     dbc: Databases = None,
     period: Period = None,
+    ratio: Ratio = None,
     out: Out = None,
     report: Report = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
@@ -70,6 +74,7 @@ def identify(
             delays=_pairs("--delay", delay),
             dbc=dbc or (),
             period=period,
+            ratio=ratio,
         )
         written = found.save(out, report)
     if as_json:

@@ -28,17 +28,20 @@ MODELS = ("arx", "armax")
 """Kinds of models."""
 
 HIGHEST_ORDER = 20
+HIGHEST_RATIO = 100.0
 
 LAUNCH = Roles(OUTPUTS, INPUTS, DISTURBANCES)
 """The signals of a launch."""
 
 UNITS: Mapping[str, str] = {
-    "engine_speed": "rad/s", "slip": "rad/s", "clutch_torque": "N*m", "engine_torque": "N*m", "load_torque": "N*m",
+    "engine_speed": "rad/s", "slip": "rad/s", "wheel_speed": "rad/s",
+    "clutch_torque": "N*m", "engine_torque": "N*m", "load_torque": "N*m",
 }  # fmt: skip
 """Their units."""
 
 LIMITS: Mapping[str, float] = {
-    "engine_speed": 1e3, "slip": 1e3, "clutch_torque": 1e4, "engine_torque": 1e4, "load_torque": 1e5,
+    "engine_speed": 1e3, "slip": 1e3, "wheel_speed": 1e3,
+    "clutch_torque": 1e4, "engine_torque": 1e4, "load_torque": 1e5,
 }  # fmt: skip
 """Magnitudes, SI, that no road vehicle reaches as it moves off: another unit, or a mark for "no value" (chosen)."""
 
@@ -57,6 +60,7 @@ class Options:
         model: "arx" or "armax"; method: of ARX, see `arx.METHODS`.
         orders: n_a, n_b, n_g, for armax n_c may follow (n_a without it); None: searched by AIC.
         columns, delays, databases, period: see `datasets.Request`.
+        ratio: overall ratio of the gear, where the logs hold the wheel speed instead of the slip; None: the slip.
     """
 
     model: str = "arx"
@@ -66,6 +70,7 @@ class Options:
     delays: Mapping[str, float] | None = None
     databases: tuple[Path, ...] = ()
     period: float | None = None
+    ratio: float | None = None
 
     def __post_init__(self) -> None:
         """Hold that they can be carried out.
@@ -76,6 +81,8 @@ class Options:
         for option, value, known in (("--model", self.model, MODELS), ("--method", self.method, METHODS)):
             if value not in known:
                 raise InputError(option, f"got {value}", f"expected one of {', '.join(known)}")
+        if self.ratio is not None and not 0.1 <= self.ratio <= HIGHEST_RATIO:
+            raise InputError("--ratio", f"got {self.ratio:g}", f"expected a ratio of 0.1..{HIGHEST_RATIO:g}")
         if self.orders is None:
             return
         lengths = (3,) if self.model == "arx" else (3, 4)
@@ -86,7 +93,8 @@ class Options:
 
     def request(self, period: float | None) -> Request:
         """Return what is wanted of the logs."""
-        channels = tuple(Channel(name, UNITS[name]) for name in LAUNCH.names)
+        names = [name if self.ratio is None or name != "slip" else "wheel_speed" for name in LAUNCH.names]
+        channels = tuple(Channel(name, UNITS[name]) for name in names)
         held = frozenset((*LAUNCH.inputs, *LAUNCH.disturbances))
         return Request(channels, self.columns or {}, self.delays or {}, self.databases, period, held, LIMITS)
 
@@ -140,13 +148,13 @@ def identify_launch(
         InputError: no usable logs, or options that cannot be carried out.
     """
     options = Options() if options is None else options
-    data = read_dataset(paths, options.request(options.period))
+    data = _read(paths, options, options.period)
     if data.period > LONGEST_PERIOD:
         mend = f"expected at most {LONGEST_PERIOD:g} s; a time in ms is named by --column time='NAME ms'"
         raise InputError("identify", f"rows are {data.period:g} s apart, a launch lasts about a second", mend)
     warnings = list(data.warnings)
     if validate:
-        checked = read_dataset(validate, options.request(data.period), "--validate")
+        checked = _read(validate, options, data.period, "--validate")
         warnings += [f"validation: {warning}" for warning in checked.warnings]
         both = set(map(Path.resolve, log_files(paths, ""))) & set(map(Path.resolve, log_files(validate, "")))
         if both:
@@ -163,6 +171,21 @@ def identify_launch(
     }
     about = {**result.model.about, "files": told}
     return replace(result, model=replace(result.model, about=about), warnings=[*warnings, *result.warnings])
+
+
+def _read(paths: Sequence[str | Path], options: Options, period: float | None, option: str = "identify") -> Dataset:
+    """Return the runs with the channels of a launch, the slip formed where the logs do not hold it."""
+    data, ratio = read_dataset(paths, options.request(period), option), options.ratio
+    if ratio is None:
+        return data
+    slip = Channel("slip", UNITS["slip"])
+    runs: list[Recording] = []
+    for run in data.runs:
+        channels = tuple(slip if channel.name == "wheel_speed" else channel for channel in run.channels)
+        values = run.data.copy()
+        values[channels.index(slip)] = run["engine_speed"] - ratio * run["wheel_speed"]
+        runs.append(Recording(run.time, channels, values, run.about))
+    return replace(data, runs=tuple(runs))
 
 
 def _held_out(data: Dataset) -> tuple[Dataset, Dataset | None, str]:
@@ -275,5 +298,6 @@ def _about(
         "standard_errors": fit.standard_errors.tolist(),
         "columns": dict(options.columns or {}),
         "delays": dict(options.delays or {}),
+        "ratio": options.ratio,
         "versions": {"bitepoint": __version__, "numpy": np.__version__, "python": platform.python_version()},
     }
