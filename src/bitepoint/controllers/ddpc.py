@@ -361,7 +361,7 @@ def _check(model: ArxModel) -> None:
     for name, order in orders.items():
         most = DEPTH - 1 if name == "n_b" else DEPTH
         if order > most:
-            raise InputError("model", f"has order {name} = {order}", f"expected at most {most}")
+            raise InputError("model", f"has order {name} = {order}", f"expected at most {most}, see identify --orders")
 
 
 @cache

@@ -112,7 +112,7 @@ def _decoded(message: Any, signal: str, frames: list[Any], where: str) -> tuple[
             found = message.decode(bytes(frame.data), decode_choices=False, allow_truncated=False)
         except Exception as error:  # noqa: BLE001 - its decoders raise whatever they met
             told = f"{message.name} at {frame.timestamp:g} s: {said_by(error)}"
-            raise FileError(where, told, "use its own --dbc") from None
+            raise FileError(where, told, "use its own --dbc, and the whole log") from None
         if signal in found:  # a multiplexed signal is in some frames only
             times.append(frame.timestamp)
             values.append(float(found[signal]))
