@@ -78,6 +78,14 @@ def test_unknown_paper_is_one_line_and_status_2(bitepoint: Command) -> None:
     assert "expected one of" in done.err
 
 
+def test_a_folder_that_cannot_be_is_told_before_anything_is_run(
+    bitepoint: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setattr("bitepoint.studies.papers.reproduce", lambda *_: pytest.fail("it was run"))
+    bitepoint("reproduce", "dct-launch", "--out", str(tmp_path / "file")).refusal("file: cannot be written")
+
+
 def test_papers_are_listed(bitepoint: Command) -> None:
     done = bitepoint("reproduce")
     assert done.status == 0

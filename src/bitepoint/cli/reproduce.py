@@ -19,12 +19,14 @@ def reproduce(
     """Run what a paper ran and print its figures beside ours."""
     from rich.console import Console
 
-    from bitepoint.studies.papers import PAPERS, reproduce, save
+    from bitepoint.studies.papers import PAPERS, made, reproduce, save
 
     if not paper:
         for name, entry in PAPERS.items():
             typer.echo(f"{name:<16} {entry.source}")
         return
+    if out is not None and paper in PAPERS:
+        made(out)
     console = Console(stderr=True)
     with console.status("running") as status:
         found = reproduce(paper, lambda text: status.update(text) if console.is_terminal else None)

@@ -39,6 +39,19 @@ def reproduce(name: str, progress: Progress = lambda _text: None) -> Reproductio
     return PAPERS[name].reproduce(progress)
 
 
+def made(folder: str | Path) -> Path:
+    """Make a folder if it is needed, before a minute of runs rather than after it.
+
+    Raises:
+        InputError: it cannot be made.
+    """
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(str(folder), f"cannot be written ({error.strerror})", "choose another folder") from None
+    return Path(folder)
+
+
 def save(found: Reproduction, folder: str | Path) -> list[Path]:
     """Write rows.json and reproduction.html into `folder`, made if needed; return their paths.
 
@@ -47,11 +60,10 @@ def save(found: Reproduction, folder: str | Path) -> list[Path]:
     """
     from bitepoint.report.reproduction import reproduction_page
 
-    target = Path(folder)
+    target = made(folder)
     paths = [target / name for name in ("rows.json", "reproduction.html")]
     page = reproduction_page(found.name, found.source, found.rows, found.notes, found.figures)
     try:
-        target.mkdir(parents=True, exist_ok=True)
         write_atomically(paths[0], (json.dumps(found.to_json(), indent=2, allow_nan=False) + "\n").encode())
         write_atomically(paths[1], page.encode(errors="backslashreplace"))
     except OSError as error:
