@@ -54,8 +54,9 @@ def test_twists_and_load_are_observed_in_a_tip_in() -> None:
     late = seen.time > 0.5
     swing = seen["torsional_speed_estimate"] - seen["torsional_speed"]
     assert np.sqrt(np.mean(swing[late] ** 2)) < 0.05
-    load = 2000.0 * 9.81 * 0.32 * (0.06 + 0.012)  # and air
-    assert seen["road_torque_estimate"][seen.time > 10.0].mean() == pytest.approx(load, rel=0.25)
+    load = 2000.0 * 9.81 * 0.32 * (0.06 + 0.012)  # and air, 15 N m at most
+    driving = (seen.time > 8.0) & (seen.time < 19.0)  # later its governor keeps the engine from stalling
+    assert seen["road_torque_estimate"][driving].mean() == pytest.approx(load + 12.0, rel=0.03)
 
 
 @pytest.mark.parametrize("life", OTHER_LIVES)
