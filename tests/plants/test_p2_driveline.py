@@ -209,7 +209,7 @@ def test_what_contradicts_itself_is_refused(refused: Refused) -> None:
         p[block][key] = value
         return p
 
-    refused(lambda: check(changed("gearbox", "gear", 7), "file"), "file", "gear 7 has no ratio", "above 0")
+    refused(lambda: check(changed("gearbox", "gear", 7), "file"), "file", "gear 7 has no ratio", "at least 0.5")
     refused(
         lambda: check(changed("engine", "idle_speed", 900), "file"), "engine.idle_speed", "below engine.speed_limit"
     )

@@ -7,7 +7,6 @@ gears take the share 1 - efficiency of what goes in, hence 1 / efficiency - 1 of
 from __future__ import annotations
 
 from bitepoint.kernels import clamp, kernel
-from bitepoint.parts.gears import LOSS_FADE_SPEED
 from bitepoint.records import FloatArray, Record, count, quantity
 
 
@@ -30,10 +29,16 @@ SYNCHRONISER_BAND = 5.0
 ENGAGING_BAND = 10.0
 """Difference of speed at the input below which a gear can engage, rad/s (chosen: 1 rad/s at a wheel in a low gear)."""
 
+LEAST_RATIO = 0.5
+"""Input speed over wheel speed, final drive included, below which there is no gear."""
+
+FRICTION_FADE_SPEED = 0.5
+"""Speed at the wheel side below which the gears' friction fades to 0, rad/s (chosen: 0.16 m/s at a car's wheel)."""
+
 
 @kernel
 def gear_ratio(g: AutomatedGearbox, gear: int) -> float:
-    """Return input speed over wheel speed in a gear, 1..8; 0 where there is none."""
+    """Return input speed over wheel speed in a gear, 1..8; below LEAST_RATIO there is none."""
     return g.ratios[max(min(gear, 8), 1) - 1] * g.final_drive
 
 
@@ -43,7 +48,7 @@ def meshing_loss_torque(g: AutomatedGearbox, delivered: float, wheel_side_speed:
 
     `delivered` is the torque at the output, N m. The loss opposes the rotation and fades near standstill.
     """
-    direction = clamp(wheel_side_speed / LOSS_FADE_SPEED, -1.0, 1.0)
+    direction = clamp(wheel_side_speed / FRICTION_FADE_SPEED, -1.0, 1.0)
     share = 1.0 / g.efficiency - 1.0 if delivered * wheel_side_speed > 0.0 else 1.0 - g.efficiency
     return share * abs(delivered) * direction
 

@@ -21,7 +21,7 @@ from bitepoint.records import Curve, Map, Record, characteristic_map, curve, qua
 class Motor(Record):
     """An electric motor with its inverter, on a bus of constant voltage."""
 
-    inertia: float = quantity("kg*m^2", 0.001, 20, "rotor, driven side of the clutch, gearbox input")
+    inertia: float = quantity("kg*m^2", 0.005, 20, "rotor, driven side of the clutch, gearbox input")
     lag: float = quantity("s", 0.001, 1, "time constant with which the torque follows", default=0.01)
     delay: float = quantity("s", 0, 0.25, "dead time of the command, a multiple of the step of the plant", default=0.0)
     torque_limit: float = quantity("N*m", 0, 5000, "peak torque, cold, driving or generating")

@@ -18,7 +18,7 @@ from bitepoint.errors import InputError
 from bitepoint.kernels import clamp, is_finite, kernel, to_index
 from bitepoint.numerics.dead_time import delayed, start_dead_time
 from bitepoint.numerics.integration import clearer, runge_kutta_4
-from bitepoint.parts.amt import ENGAGING_BAND, meshing_loss_torque, synchroniser_torque
+from bitepoint.parts.amt import ENGAGING_BAND, LEAST_RATIO, meshing_loss_torque, synchroniser_torque
 from bitepoint.parts.brake import brake_rate
 from bitepoint.parts.motor import electric_power, rate_limited, torque_bound, warming
 from bitepoint.parts.separating_clutch import separating_capacity
@@ -269,6 +269,7 @@ def step(p: P2Parameters, s: P2State, u: P2Inputs, y: P2Outputs, w: P2Work, dt: 
         substep(p, s, w, h)
     observe(p, s, y, w)
     asked = u.engine_torque_request + u.motor_torque_command + u.clutch_torque_command + u.brake_torque_command
+    # never: the energy not finite where the inputs are, since the substeps are stable and every command is limited
     return 0 if is_finite(asked) and is_finite(y.stored_energy) else 1
 
 
@@ -276,8 +277,10 @@ def check(parameters: RecordArray, where: str) -> None:
     """Raise InputError where parameters, each in its range, contradict each other; see `Plant`."""
     gearbox, engine = parameters["gearbox"], parameters["engine"]
     for number in np.unique(gearbox["gear"]).tolist():
-        if (gearbox["ratios"][gearbox["gear"] == number, number - 1] <= 0.0).any():
-            raise InputError(where, f"gearbox.ratios: gear {number} has no ratio", "expected a number above 0")
+        chosen = gearbox[gearbox["gear"] == number]
+        if (chosen["ratios"][:, number - 1] * chosen["final_drive"] < LEAST_RATIO).any():
+            mend = f"expected at least {LEAST_RATIO:g} with the final drive"
+            raise InputError(where, f"gearbox.ratios: gear {number} has no ratio", mend)
     for low, high in (("firing_speed", "idle_speed"), ("idle_speed", "speed_limit")):
         if (engine[low] >= engine[high]).any():
             got = float(engine[low].max())

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 
 from bitepoint.kernels import kernel, to_index
-from bitepoint.parts.amt import SYNCHRONISER_BAND, gear_ratio
-from bitepoint.parts.gears import LOSS_FADE_SPEED
+from bitepoint.parts.amt import FRICTION_FADE_SPEED, LEAST_RATIO, SYNCHRONISER_BAND, gear_ratio
 from bitepoint.parts.motor import hot_share, power_now
 from bitepoint.parts.tyre import SLIP_SPEED, slip_stiffness, weight_across, weight_along
 from bitepoint.plants.p2_hybrid_records import P2Mode, P2Parameters, P2State
@@ -48,7 +47,7 @@ def prepare(p: P2Parameters, m: P2Mode) -> None:
 def choose_gear(p: P2Parameters, m: P2Mode, gear: int) -> None:
     """Make a gear, 1..8, the next one."""
     m.next_gear = max(min(gear, 8), 1)
-    m.ratio = gear_ratio(p.gearbox, m.next_gear)
+    m.ratio = max(gear_ratio(p.gearbox, m.next_gear), LEAST_RATIO)
     m.inverse_ratio = 1.0 / m.ratio
     bound_rates(p, m)
 
@@ -57,7 +56,7 @@ def choose_gear(p: P2Parameters, m: P2Mode, gear: int) -> None:
 def follow_gear(p: P2Parameters, m: P2Mode, command: float) -> None:
     """Go to neutral where another gear is commanded; one that there is not is as good as none."""
     wanted = to_index(command + 0.5, 0, 8)
-    if wanted != 0 and wanted != m.next_gear and gear_ratio(p.gearbox, wanted) > 0.0:
+    if wanted != 0 and wanted != m.next_gear and gear_ratio(p.gearbox, wanted) >= LEAST_RATIO:
         m.gear = 0
         m.neutral_time = p.gearbox.shift_time
         choose_gear(p, m, wanted)
@@ -91,7 +90,8 @@ def bound_rates(p: P2Parameters, m: P2Mode) -> None:
     governor = math.sqrt(p.engine.idle_gain * m.engine_mobility / p.engine.lag)
     steepness = p.gearbox.synchroniser_torque / SYNCHRONISER_BAND
     synchroniser = steepness * (m.motor_mobility + m.ratio**2 * m.wheel_mobility)
-    meshing = (1.0 / p.gearbox.efficiency - 1.0) * p.halfshaft.stiffness / LOSS_FADE_SPEED * geared
+    passed = 2.0 * m.ratio * (p.clutch.torque_limit + p.motor.torque_limit)  # a step rings up to twice its torque
+    meshing = (1.0 / p.gearbox.efficiency - 1.0) * passed / FRICTION_FADE_SPEED * geared
     rolling = m.rolling_torque / ROLLING_FADE_SPEED * m.wheel_mobility
     m.rate = clutch + shaft + brake + lags + governor + synchroniser + meshing + rolling
     slope = slip_stiffness(p.tyre, p.road.friction, m.load)

@@ -143,7 +143,7 @@ class P2Outputs(Record):
     distance: float = quantity("m", -1e6, 1e6, "way since the start")
     tyre_slip: float = quantity("1", -500, 500, "slip of the tyres; positive when driving")
     tyre_force: float = quantity("N", -1e6, 1e6, "force of the tyres on the vehicle")
-    engine_torque: float = quantity("N*m", -500, 5000, "torque of the engine, what its acceleration takes left out")
+    engine_torque: float = quantity("N*m", -500, 5000, "engine torque at the crankshaft, any transient loss taken off")
     motor_torque: float = quantity("N*m", -5000, 5000, "torque of the motor")
     motor_torque_limit: float = quantity("N*m", 0, 5000, "highest torque that the motor could give now, either way")
     clutch_torque: float = quantity("N*m", -10_000, 10_000, "torque that the clutch carries")
@@ -166,6 +166,8 @@ class P2Outputs(Record):
     electric_energy: float = quantity("J", -1e9, 1e9, "energy drawn from the bus since the start")
     engine_work: float = quantity("J", -1e9, 1e9, "work of the engine since the start")
     motor_work: float = quantity("J", -1e9, 1e9, "work of the motor at its shaft since the start")
-    friction_heat: float = quantity("J", 0, 1e9, "heat of clutch, synchroniser, brake and tyres since the start")
+    friction_heat: float = quantity(
+        "J", 0, 1e9, "heat in clutches, synchroniser, brakes and slipping tyres since the start"
+    )
     losses: float = quantity("J", 0, 1e9, "all other heat and resistance since the start")
     stored_energy: float = quantity("J", -1e9, 1e9, "kinetic, elastic and potential energy")
