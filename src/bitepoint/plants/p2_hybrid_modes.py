@@ -11,7 +11,7 @@ from bitepoint.parts.tyre import SLIP_SPEED, slip_stiffness, weight_across, weig
 from bitepoint.plants.p2_hybrid_records import P2Mode, P2Parameters, P2State
 
 NEUTRAL_RELAXATION = 0.01
-"""Time constant with which half-shafts unwind in neutral, s (chosen: a few periods of their inner end on its own)."""
+"""Time constant with which half-shafts unwind in neutral, s (chosen: short against a shift)."""
 
 ROLLING_FADE_SPEED = 0.5
 """Wheel speed below which the rolling resistance fades to 0, rad/s (chosen: 0.16 m/s at a car's wheel)."""
