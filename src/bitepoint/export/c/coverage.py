@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import _ctypes
-import ctypes
 import gzip
 import json
 import os
@@ -15,10 +14,8 @@ from pathlib import Path
 from typing import Any, Self
 
 from bitepoint.export.c.driving import Sequence, drive_entries
+from bitepoint.export.c.probe import build_probe, probe_entries, probe_text
 from bitepoint.export.c.sources import Sources
-from bitepoint.kernels.c99.host import FLAGS, INCLUDES, entry
-from bitepoint.kernels.c99.translate import TYPES
-from bitepoint.kernels.kernel import ENTRY
 
 EXPLAINED = "never:"
 """Word in a comment of a kernel, carried into the C, that says why a branch below it is never taken."""
@@ -97,19 +94,10 @@ class Probe:
     def __init__(self, sources: Sources, folder: Path) -> None:
         self.sources = sources
         self.folder = folder
-        part, translation = sources.part, sources.translation
-        head = [TYPES, INCLUDES, translation.types, translation.prototypes]
-        self.first = len("\n".join(head).splitlines()) + 1
-        text = [*head, translation.source, _DUMP]
-        self.last = len("\n".join(text).splitlines()) - len(_DUMP.splitlines())
-        text += [*entry(part.init, translation, "probe_init"), *entry(part.step, translation, "probe_step"), ""]
-        self.texts = "\n".join(text).splitlines()
-        (folder / "probe.c").write_text("\n".join(self.texts), encoding="utf-8")
-        command = ["gcc", *FLAGS, "-O0", "--coverage", "-shared", "-fPIC", "-o", "probe.so", "probe.c", "-lm"]
-        subprocess.run(command, cwd=folder, check=True, capture_output=True)
-        self.library = ctypes.CDLL(str(folder / "probe.so"))
-        self.init = ENTRY(ctypes.cast(self.library.probe_init, ctypes.c_void_p).value or 0)
-        self.step = ENTRY(ctypes.cast(self.library.probe_step, ctypes.c_void_p).value or 0)
+        self.texts, self.own = probe_text(sources)
+        (folder / "probe.c").write_text("\n".join([*self.texts, _DUMP]), encoding="utf-8")
+        self.library = build_probe(folder, ["-O0", "--coverage"], ["probe.c"])
+        self.init, self.step = probe_entries(self.library)
 
     def __enter__(self) -> Self:
         """Return the probe."""
@@ -129,7 +117,7 @@ class Probe:
         command = ["gcov", "--branch-probabilities", "--json-format", "--stdout", "probe.so-probe.gcda"]
         done = subprocess.run(command, cwd=self.folder, check=True, capture_output=True)
         lines = [line for file in json.loads(done.stdout)["files"] for line in file["lines"]]
-        return _coverage([line for line in lines if self.first <= line["line_number"] <= self.last], self.texts)
+        return _coverage([line for line in lines if line["line_number"] in self.own], self.texts)
 
 
 def read(file: Path, source: Path) -> Coverage:

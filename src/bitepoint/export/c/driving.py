@@ -26,11 +26,13 @@ class Sequence:
         name: where they come from.
         parameters: one record, in float64.
         inputs: shape (rows, inputs); row 0 is what init sees, each further row is one step.
+        designed: whether the parameters are those that were designed, and no random ones.
     """
 
     name: str
     parameters: RecordArray
     inputs: Floats
+    designed: bool = True
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ Entry = Callable[[int, int, int], None]
 
 def drive_entries(part: Part, sequence: Sequence, precision: Precision, init: Entry, step: Entry) -> Answers:
     """Step a part through a sequence by the entries of its two kernels."""
-    answers = _Driver(part, precision).run(sequence, init, step)
+    answers = Driver(part, precision).run(sequence, init, step)
     raise_pending()
     return answers
 
@@ -82,7 +84,7 @@ def iteration_counts(part: Part) -> Iterator[tuple[str, str, int]]:
                 yield role, path, int(field.high)
 
 
-class _Driver:
+class Driver:
     """The memory of one part in one precision."""
 
     def __init__(self, part: Part, precision: Precision) -> None:
@@ -93,32 +95,41 @@ class _Driver:
         self.memory = {
             role: np.zeros(1, precision.layout(record)) for role, record in self.records.items() if role != "parameters"
         }
+        self.parameters = self.precision.convert(part.parameters[:1], self.records["parameters"])
         self.period = np.array([part.period], precision.real_dtype)
         self.status = np.zeros(1, precision.integer_dtype)
         self.counters = [
             self.records[role].locate(self.memory[role], path, role)[1] for role, path, _ in iteration_counts(part)
         ]
 
-    def run(self, sequence: Sequence, init: Entry, step: Entry) -> Answers:
-        parameters = self.precision.convert(sequence.parameters, self.records["parameters"])
-        arrays = {"parameters": parameters, **self.memory}
+    def begin(self, sequence: Sequence, init: Entry) -> Floats:
+        """Clear the memory and initialise the part for a sequence; return the inputs in this precision."""
+        self.parameters = self.precision.convert(sequence.parameters, self.records["parameters"])
         for array in self.memory.values():
             array[...] = np.zeros((), array.dtype)
-        first, each = (self._arguments(kernel, arrays) for kernel in (self.part.init, self.part.step))
-        steps = np.zeros(len(each), np.int64)
         real = self.precision.real_dtype
         with np.errstate(over="ignore"):
             inputs = np.ascontiguousarray(sequence.inputs.astype(real))
+        self.memory["inputs"].view(real)[:] = inputs[0]
+        first = self.arguments(self.part.init)
+        steps = np.zeros(len(first), np.int64)
+        init(first.ctypes.data, steps.ctypes.data, 1)
+        return inputs
+
+    def run(self, sequence: Sequence, init: Entry, step: Entry) -> Answers:
+        """Step the part through a sequence."""
+        inputs = self.begin(sequence, init)
+        each = self.arguments(self.part.step)
+        steps = np.zeros(len(each), np.int64)
+        real = self.precision.real_dtype
         outputs = np.zeros((len(inputs), len(self.part.outputs.fields)), real)
         statuses = np.zeros(len(inputs), np.int64)
         seen = self.memory["inputs"].view(real)
         shown = self.memory["outputs"].view(real)
         iterations = 0
         for row in range(len(inputs)):
-            seen[:] = inputs[row]
-            if row == 0:
-                init(first.ctypes.data, steps.ctypes.data, 1)
-            else:
+            if row > 0:
+                seen[:] = inputs[row]
                 step(each.ctypes.data, steps.ctypes.data, 1)
                 statuses[row] = self.status[0]
             outputs[row] = shown
@@ -126,7 +137,9 @@ class _Driver:
         state = self.memory["state"].copy()
         return Answers(outputs, statuses, state, iterations if self.counters else None)
 
-    def _arguments(self, kernel: Kernel[..., Any], arrays: dict[str, RecordArray]) -> np.ndarray[Any, Any]:
+    def arguments(self, kernel: Kernel[..., Any]) -> np.ndarray[Any, Any]:
+        """Return the addresses of what a kernel of the part takes, and of its status."""
+        arrays = {"parameters": self.parameters, **self.memory}
         found = [
             self.period if parameter.record is None else arrays[self.roles[parameter.record]]
             for parameter in kernel.parameters

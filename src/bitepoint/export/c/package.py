@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from bitepoint.errors import InputError
-from bitepoint.export.c import toolchain, vectors
-from bitepoint.export.c.coverage import choose
+from bitepoint.export.c import coverage, toolchain, vectors
 from bitepoint.export.c.driving import Answers, Floats, drive, iteration_counts
 from bitepoint.export.c.driving import Sequence as Inputs
+from bitepoint.export.c.longest import longest
 from bitepoint.export.c.report import Difference, Findings
 from bitepoint.export.c.sources import Sources
 from bitepoint.export.c.templates import filled
@@ -92,14 +92,18 @@ def _refuse_large(part: Part) -> None:
 def _write(sources: Sources, recorded: Sequence[Inputs], folder: Path, work: Path, step: Step) -> Findings:
     """Write all files into `folder`, use `work` for what is built on the way, and return what was found."""
     step("recording vectors")
-    fixed = [*recorded, vectors.longest(recorded[0], sources.part)]
-    sequences = choose(sources, fixed, vectors.random(sources.part, recorded), _folder(work, "probe"))
+    small = replace(sources, precision=FLOAT32)
+    fixed = list(recorded)
+    if coverage.available():
+        step("looking for the longest step")
+        precisions = {variant.precision.name: variant for variant in (small, sources)}
+        fixed += [longest(variant, recorded, _folder(work, f"longest-{name}")) for name, variant in precisions.items()]
+    sequences = coverage.choose(sources, fixed, vectors.random(sources.part, recorded), _folder(work, "probe"))
     expected = vectors.answers(sources, sequences)
     _hold(sources, sequences, expected)
     lay_down(sources, sequences, expected, folder)
     step("running the self-test")
     toolchain.run_host(folder, _folder(work, "host"))
-    small = replace(sources, precision=FLOAT32)
     variants = [(sources, folder)]
     if sources.precision is not FLOAT32:
         variants.insert(0, (small, work / "small"))
@@ -119,7 +123,7 @@ def _write(sources: Sources, recorded: Sequence[Inputs], folder: Path, work: Pat
         misra=toolchain.misra(sources, folder),
         coverage=toolchain.measure_coverage(sources, folder, _folder(work, "coverage")),
         differences=_differences(sources, recorded),
-        solver=_solver(sources, expected),
+        solver=_solver(sources, [answer for s, answer in zip(sequences, expected, strict=True) if s.designed]),
     )
     (folder / "report.json").write_text(json.dumps(findings.to_json(), indent=2, allow_nan=False) + "\n", "utf-8")
     (folder / "REPORT.md").write_text(findings.to_markdown(), "utf-8")

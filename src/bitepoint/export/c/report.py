@@ -108,19 +108,30 @@ class Findings:
         rows: list[Sequence[object]] = []
         for build in self.builds:
             run = next((r for r in self.runs if (r.cpu, r.precision) == (build.cpu, build.precision)), None)
-            counts = ("–", "–") if run is None else (run.instructions_worst, run.instructions_mean)
-            rows.append((build.precision, build.code_bytes, build.data_bytes, self._stack(build), *counts))
+            counts = (None, None) if run is None else (run.instructions_worst, run.instructions_mean)
+            sizes = (build.code_bytes, build.data_bytes, self._stack(build))
+            rows.append((build.precision, *sizes, *(_shown(count) for count in counts)))
         header = ("precision", "code and constants, bytes", "records, bytes", "deepest stack, bytes")
         yield from _table((*header, "worst step, instructions", "mean step, instructions"), rows)
         yield from (
             "",
-            f"A step is due every {self.sources.part.period:g} s. Records are parameters, state and signals.",
+            f"A step is due every {self.sources.part.period:g} s. Records are parameters, state and signals. "
+            "The worst step is one with these parameters, all points of curves and maps in use, "
+            "searched for among thousands of random sequences: others may take somewhat more.",
         )
+        yield from self._other_steps()
+
+    def _other_steps(self) -> Iterator[str]:
+        if self.runs and self.runs[0].instructions_worst_of_random is not None:
+            most = self.runs[0].instructions_worst_of_random
+            yield f"With random parameters, which need not make sense together, it was {most} instructions in float32."
+        if any(run.steps_too_long for run in self.runs):
+            yield "Not counted: steps of more than 10 million instructions, see target/main.c."
 
     def _solver(self) -> Iterator[str]:
         if self.solver is not None:
             worst, cap = self.solver
-            yield from ("", f"The solver took {worst} iterations at most over the vectors; it stops at {cap}.")
+            yield from ("", f"The solver took {worst} iterations at most with these parameters; it stops at {cap}.")
 
     def _selftest(self) -> Iterator[str]:
         exact = "to the bit" if self.sources.translation.exact else "within the tolerance of test/selftest.c"
@@ -134,7 +145,14 @@ class Findings:
             yield from _table(
                 ("processor (emulated)", "precision", "steps", "differences", "worst step, instructions", "mean"),
                 [
-                    (r.cpu, r.precision, r.steps, r.differences, r.instructions_worst, r.instructions_mean)
+                    (
+                        r.cpu,
+                        r.precision,
+                        r.steps,
+                        r.differences,
+                        _shown(r.instructions_worst),
+                        _shown(r.instructions_mean),
+                    )
                     for r in self.runs
                 ],
             )
@@ -142,7 +160,7 @@ class Findings:
     def _precision(self) -> Iterator[str]:
         yield from ("", "## float32 against float64", "", "Largest distance over the recorded launches.", "")
         yield from _table(
-            ("output", "distance"), [(d.output, f"{d.largest:.3g} {display(d.unit)}") for d in self.differences]
+            ("output", "distance"), [(d.output, f"{d.largest:.3g} {display(d.unit)}".strip()) for d in self.differences]
         )
         found = self.sources.translation.absorbed
         if found:
@@ -173,6 +191,10 @@ class Findings:
             return
         rows = [(rule, count, DEVIATIONS.get(rule, "not explained")) for rule, count in self.misra.items()]
         yield from _table(("rule", "findings", "why"), rows)
+
+
+def _shown(count: int | None) -> object:
+    return "–" if count is None else count
 
 
 def _sentence(text: str) -> str:

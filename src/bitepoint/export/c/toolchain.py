@@ -8,8 +8,9 @@ import shutil
 import subprocess
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 from bitepoint.export.c import coverage
 from bitepoint.export.c.coverage import Coverage
@@ -45,15 +46,25 @@ class Build:
 
 @dataclass(frozen=True)
 class TargetRun:
-    """The self-test on an emulated processor."""
+    """The self-test on an emulated processor.
+
+    Attributes:
+        instructions_worst: of a step with the parameters that were designed; None where a step was too long to count.
+        instructions_worst_of_random: with random parameters, which need not make sense together.
+        instructions_mean: over all steps.
+        stack_measured: deepest stack below the caller of a step, bytes, of which less than the floor cannot be seen.
+    """
 
     cpu: str
     precision: str
     steps: int
     differences: int
-    instructions_worst: int
-    instructions_mean: int
+    steps_too_long: int
+    instructions_worst: int | None
+    instructions_worst_of_random: int | None
+    instructions_mean: int | None
     stack_measured: int
+    stack_floor: int
 
 
 def missing() -> list[str]:
@@ -101,11 +112,14 @@ def run_target(sources: Sources, folder: Path, work: Path, cpu: str) -> TargetRu
     if missing():
         return None
     done = _finish(_make("target", work, f"CPU={cpu}"), folder)
-    found = dict(re.findall(r"^(\w+)=(\d+)$", done.stdout + done.stderr, re.MULTILINE))
-    if "stack_measured" not in found:
+    pairs = re.findall(r"^(\w+)=(\d+)$", done.stdout + done.stderr, re.MULTILINE)
+    found: dict[str, Any] = {name: int(number) for name, number in pairs}
+    if "stack_floor" not in found:
         raise RuntimeError(f"the image for {cpu} did not run:\n{done.stdout}{done.stderr}")
-    names = ("steps", "differences", "instructions_worst", "instructions_mean", "stack_measured")
-    return TargetRun(cpu, sources.precision.name, *(int(found[name]) for name in names))
+    if found["steps_too_long"] > 0:
+        found |= dict.fromkeys(("instructions_worst", "instructions_worst_of_random", "instructions_mean"))
+    told = {field.name: found[field.name] for field in fields(TargetRun) if field.name in found}
+    return TargetRun(cpu, sources.precision.name, **told)
 
 
 def run_host(folder: Path, work: Path) -> None:

@@ -48,30 +48,30 @@ def recorded(part: Part, recording: Recording, name: str, rows: int = 10_000) ->
 
 
 def random(part: Part, runs: Sequence[Inputs]) -> Iterator[Inputs]:
-    """Yield random sequences without end, in turn wild ones and disturbed recordings; the same ones every time."""
-    for seed in itertools.count():
-        rng = np.random.default_rng([seed, 2026])
-        run = runs[seed // 2 % len(runs)]
-        table = _wild(part, rng) if seed % 2 == 0 else _disturbed(part, run, rng)
-        _break(table, float(rng.choice([0.0, 0.02])), rng)
+    """Yield random sequences without end, as `random_inputs` does, with random parameters; the same ones every time."""
+    for seed, (rng, table) in enumerate(_drawn(part, runs)):
         parameters = part.parameters[:1].copy()
         if rng.random() >= AS_DESIGNED:
             _vary(parameters[0], part.parameters_type, rng, revive=rng.random() < 0.3)
         if rng.random() < OVERFLOWING:
             _overflow(parameters, part, rng)
-        yield Inputs(f"random {seed}", parameters, np.ascontiguousarray(table))
+        designed = parameters.tobytes() == part.parameters[:1].tobytes()
+        yield Inputs(f"random {seed}", parameters, table, designed)
 
 
-def longest(run: Inputs, part: Part) -> Inputs:
-    """Return a recorded run in which every search in a curve or a map goes through all the points that it can have."""
-    parameters = run.parameters.copy()
-    for path, field in part.parameters_type.table():
-        if field.axes:
-            *over, last = field.axes
-            grid = [axis.low + (axis.high - axis.low) * np.linspace(0.0, 1e-3, field.most_points) for axis in over]
-            values = np.full([field.most_points] * len(over), np.clip(0.3 * last.high, last.low, 1e4))
-            part.parameters_type.locate(parameters, path, part.name)[1][...] = tabulated(field, *grid, values)[0]
-    return Inputs(f"{run.name}, longest searches", parameters, run.inputs)
+def random_inputs(part: Part, runs: Sequence[Inputs]) -> Iterator[Floats]:
+    """Yield random inputs without end, in turn wild ones and disturbed recordings; the same ones every time."""
+    return (table for _, table in _drawn(part, runs))
+
+
+def _drawn(part: Part, runs: Sequence[Inputs]) -> Iterator[tuple[np.random.Generator, Floats]]:
+    """Yield inputs, each with what drew them."""
+    for seed in itertools.count():
+        rng = np.random.default_rng([seed, 2026])
+        run = runs[seed // 2 % len(runs)]
+        table = _wild(part, rng) if seed % 2 == 0 else _disturbed(part, run, rng)
+        _break(table, float(rng.choice([0.0, 0.02])), rng)
+        yield rng, np.ascontiguousarray(table)
 
 
 def _break(table: Floats, share: float, rng: np.random.Generator) -> None:
@@ -194,7 +194,8 @@ def _header(sources: Sources, sequences: Sequence[Inputs]) -> Iterator[str]:
     yield f"#define VECTORS_SEQUENCES ({len(sequences)}U)"
     yield f"#define VECTORS_PERIOD ({sources.prefix.upper()}_PERIOD)"
     yield from ("", "typedef struct", "{", f"    const {sources.type('parameters')} *parameters;")
-    yield from ("    uint32_t rows;", f"    {sources.type('state')} state; /* after the last row */")
+    yield from ("    bool designed; /* or else with random parameters */", "    uint32_t rows;")
+    yield f"    {sources.type('state')} state; /* after the last row */"
     yield from ("} vectors_sequence_t;", "")
     yield "extern const vectors_sequence_t vectors_sequences[VECTORS_SEQUENCES];"
     yield f"extern const {real} vectors_inputs[{rows}][{inputs}];"
@@ -221,7 +222,8 @@ def _source(sources: Sources, sequences: Sequence[Inputs], expected: Sequence[An
     yield "{"
     for name, sequence, answer in zip(names, sequences, expected, strict=True):
         yield from indented(comment(sequence.name))
-        yield f"    {{ .parameters = &{name}, .rows = {len(sequence.inputs)}U, .state ="
+        known = "true" if sequence.designed else "false"
+        yield f"    {{ .parameters = &{name}, .designed = {known}, .rows = {len(sequence.inputs)}U, .state ="
         yield from indented(initialiser(answer.state[0], record["state"], precision), 2)
         yield "    },"
     yield from ("};", "")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, cast
 
 import numpy as np
@@ -45,12 +46,7 @@ class Precision:
 
     def layout(self, record: type[Record]) -> np.dtype[Any]:
         """Return the memory layout of a record: its own in float64, the same order of smaller numbers in float32."""
-        return np.dtype([self._layout(field) for field in record.fields.values()], align=True)
-
-    def _layout(self, field: Field) -> tuple[Any, ...]:
-        if field.record is not None:
-            return (field.name, self.layout(field.record), field.shape)
-        return (field.name, self.real_dtype if field.kind == "float" else self.integer_dtype, field.shape)
+        return _layout(self, record)
 
     def convert(self, array: RecordArray, record: type[Record]) -> RecordArray:
         """Return records in this precision; a float beyond its range becomes infinite, an integer must fit."""
@@ -63,6 +59,17 @@ class Precision:
         return result.reshape(-1).view(self.layout(record))
 
 
+@cache
+def _layout(precision: Precision, record: type[Record]) -> np.dtype[Any]:
+    def member(field: Field) -> tuple[Any, ...]:
+        if field.record is not None:
+            return (field.name, _layout(precision, field.record), field.shape)
+        return (field.name, precision.real_dtype if field.kind == "float" else precision.integer_dtype, field.shape)
+
+    return np.dtype([member(field) for field in record.fields.values()], align=True)
+
+
+@cache
 def whole_words(record: type[Record]) -> np.ndarray[Any, np.dtype[np.bool_]]:
     """Return for each word of a record, in the order of its memory, whether it is an integer."""
     parts: list[np.ndarray[Any, np.dtype[np.bool_]]] = []
@@ -72,7 +79,9 @@ def whole_words(record: type[Record]) -> np.ndarray[Any, np.dtype[np.bool_]]:
             parts.append(np.tile(whole_words(field.record), size))
         else:
             parts.append(np.full(size, field.kind == "int"))
-    return cast("np.ndarray[Any, np.dtype[np.bool_]]", np.concatenate(parts))
+    words = cast("np.ndarray[Any, np.dtype[np.bool_]]", np.concatenate(parts))
+    words.flags.writeable = False
+    return words
 
 
 FLOAT64 = Precision("float64", "float64_t", "int64_t", 8, "", "", "DBL_EPSILON", float(np.finfo(np.float64).max))

@@ -64,7 +64,7 @@ selftest_result_t selftest_run(void)
             result.steps++;
             selftest_begin();
             const @integer@ status = @prefix@_step(@step_arguments@);
-            selftest_end();
+            selftest_end(sequence->designed);
             compare(&@outputs@, vectors_outputs[row], sizeof(@outputs@), NULL, &result);
             if (status != vectors_status[row])
             {

@@ -2,6 +2,7 @@
 #ifndef SELFTEST_H
 #define SELFTEST_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 typedef struct
@@ -16,6 +17,6 @@ selftest_result_t selftest_run(void);
 
 /* Called around every step, for whoever measures. */
 void selftest_begin(void);
-void selftest_end(void);
+void selftest_end(bool designed); /* whether the parameters are those that were designed, and no random ones */
 
 #endif

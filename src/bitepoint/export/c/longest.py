@@ -1,0 +1,193 @@
+"""The longest step of a part: searched for on this machine, by counting the basic blocks that each step runs through.
+
+Random sequences are drawn, and each of the longest is changed a little again and again, as long as that helps. The
+parameters are those that were designed, with as many points in each curve and map as there can be. On a Cortex-M7 the
+step with most blocks here is the one with most instructions there: over 22 000 steps of a predictive controller the
+two correlate with 0.998, and the ten longest are the same.
+
+What is found is no bound: where a solver takes part, another search may find some percent more. The cap of its
+iterations is the bound.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import itertools
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bitepoint.export.c import vectors
+from bitepoint.export.c.driving import Driver, Floats, iteration_counts
+from bitepoint.export.c.driving import Sequence as Inputs
+from bitepoint.export.c.probe import build_probe, compile_here, probe_entries, probe_text
+from bitepoint.export.c.sources import Sources
+from bitepoint.fields import Field
+from bitepoint.records import RecordArray, tabulated
+from bitepoint.simulation.system import Part
+
+Counts = np.ndarray[Any, np.dtype[np.int64]]
+
+DRAWN = 500
+"""Sequences that are drawn."""
+
+LINES, FEW_LINES = 10, 2
+"""The longest of them, which are changed: where a solver's loops may be longer than any that was seen, and else."""
+
+PATIENCE = 300
+"""Changes in a row that may help nothing before the next one is taken."""
+
+MOST_BLOCKS = 1_000_000_000
+"""Basic blocks after which the search ends in any case: a few seconds."""
+
+_COUNTER = """\
+#include <stdint.h>
+
+void __sanitizer_cov_trace_pc(void);
+void probe_step(char **arguments, const intptr_t *steps, intptr_t lanes);
+void probe_rows(char **arguments, const intptr_t *steps, intptr_t many, intptr_t rows, int64_t *counts);
+
+static int64_t blocks;
+
+void __sanitizer_cov_trace_pc(void)
+{
+    blocks++;
+}
+
+void probe_rows(char **arguments, const intptr_t *steps, intptr_t many, intptr_t rows, int64_t *counts)
+{
+    for (intptr_t row = 0; row < rows; row++)
+    {
+        blocks = 0;
+        probe_step(arguments, steps, 1);
+        counts[row] = blocks;
+        for (intptr_t k = 0; k < many; k++)
+        {
+            arguments[k] += steps[k];
+        }
+    }
+}
+"""
+"""Compiled without the flag that makes every basic block of the part call it."""
+
+
+class BlockCounter:
+    """A part in C, built so that it counts the basic blocks that it runs through."""
+
+    def __init__(self, sources: Sources, folder: Path) -> None:
+        self.driver = Driver(sources.part, sources.precision)
+        (folder / "probe.c").write_text("\n".join(probe_text(sources)[0]), encoding="utf-8")
+        (folder / "counter.c").write_text(_COUNTER, encoding="utf-8")
+        compile_here(folder, ["-fPIC", "-c", "counter.c"])
+        self.library = build_probe(folder, ["-fsanitize-coverage=trace-pc"], ["probe.c", "counter.o"])
+        self.init, _ = probe_entries(self.library)
+
+    def count(self, sequence: Inputs) -> Counts:
+        """Return how many basic blocks each step of a sequence runs through, shape (rows - 1,)."""
+        part = self.driver.part
+        rows = np.ascontiguousarray(self.driver.begin(sequence, self.init)[1:])
+        arguments = self.driver.arguments(part.step)
+        strides, counts = np.zeros(len(arguments), np.int64), np.zeros(len(rows), np.int64)
+        for k, parameter in enumerate(part.step.parameters):
+            if parameter.record is part.inputs:
+                arguments[k], strides[k] = rows.ctypes.data, rows.strides[0]
+        places = [ctypes.c_void_p(array.ctypes.data) for array in (arguments, strides, counts)]
+        sizes = [ctypes.c_ssize_t(size) for size in (len(arguments), len(rows))]
+        self.library.probe_rows(*places[:2], *sizes, places[2])
+        return counts
+
+
+def full(part: Part) -> RecordArray:
+    """Return the parameters that were designed, with as many points in each curve and map as there can be.
+
+    The added points lie between those that are there, so that the curve is the same and the search in it the longest.
+    """
+    parameters = part.parameters[:1].copy()
+    for path, field in part.parameters_type.table():
+        if field.axes:
+            view = part.parameters_type.locate(parameters, path, part.name)[1]
+            view[...] = _filled(field, part.parameters_type.to_mapping(part.parameters[0]), path)
+    return parameters
+
+
+def _filled(field: Field, told: Any, path: str) -> RecordArray:
+    """Return the curve or map at a path of a mapping with all the points that it can have."""
+    for name in path.split("."):
+        told = told[name]
+    *grid, values = (np.array(told[axis.name], np.float64) for axis in field.axes)
+    for place, points in enumerate(grid):
+        finer = grid[place] = _finer(points, field.most_points)
+        rows: Floats = np.moveaxis(values, place, -1).reshape(-1, len(points))
+        filled = np.array([np.interp(finer, points, row) for row in rows])
+        others = [size for axis, size in enumerate(values.shape) if axis != place]
+        values = np.moveaxis(filled.reshape(*others, len(finer)), -1, place)
+    return tabulated(field, *grid, values)[0]
+
+
+def _finer(points: Floats, most: int) -> Floats:
+    """Return increasing points, with as many added in the middle of the widest gaps as there is room for."""
+    while len(points) < most:
+        widest = int(np.argmax(np.diff(points)))
+        points = np.insert(points, widest + 1, 0.5 * (points[widest] + points[widest + 1]))
+    return points
+
+
+def longest(sources: Sources, recorded: Sequence[Inputs], folder: Path) -> Inputs:
+    """Return the sequence with the longest step that was found, up to that step; the same one every time."""
+    search = _Search(sources, folder)
+    drawn = itertools.islice(vectors.random_inputs(sources.part, recorded), DRAWN)
+    tables = itertools.chain((run.inputs for run in recorded), drawn)
+    found = [search.until_longest(table) for table in tables if search.spent < MOST_BLOCKS]
+    found.sort(key=lambda line: -line[0])
+    rng = np.random.default_rng(2027)
+    lines = LINES if any(iteration_counts(sources.part)) else FEW_LINES
+    _, table = max((search.improved(line, rng) for line in found[:lines]), key=lambda line: line[0])
+    return Inputs(f"the longest step that was found in {sources.precision.name}", search.parameters, table)
+
+
+class _Search:
+    """A counter of blocks, and how many it has counted; a line is some inputs, and the blocks of their last step."""
+
+    def __init__(self, sources: Sources, folder: Path) -> None:
+        self.part = sources.part
+        self.counter = BlockCounter(sources, folder)
+        self.parameters = full(sources.part)
+        self.spent = 0
+
+    def until_longest(self, table: Floats) -> tuple[int, Floats]:
+        """Return the blocks of the longest step of some inputs, and the inputs up to it."""
+        counts = self.counter.count(Inputs("", self.parameters, table))
+        self.spent += int(counts.sum())
+        worst = int(counts.argmax())
+        return int(counts[worst]), table[: worst + 2]
+
+    def improved(self, line: tuple[int, Floats], rng: np.random.Generator) -> tuple[int, Floats]:
+        """Return the line after changes that made its longest step longer, or left it as long."""
+        since = 0
+        while since < PATIENCE and self.spent < MOST_BLOCKS:
+            tried = self.until_longest(_changed(line[1], self.part, rng))
+            since = 0 if tried[0] > line[0] else since + 1
+            line = tried if tried[0] >= line[0] else line
+        return line
+
+
+def _changed(table: Floats, part: Part, rng: np.random.Generator) -> Floats:
+    """Return inputs some of which are, for a while, a little larger or smaller, or constant."""
+    result = table.copy()
+    for column, field in enumerate(part.inputs.fields.values()):
+        if rng.random() < 0.5:
+            continue
+        low, high = max(field.low, -1e6), min(field.high, 1e6)
+        first = int(rng.integers(len(table)))
+        some = slice(first, first + int(rng.integers(1, len(table) + 1)))
+        kind = rng.random()
+        if kind < 0.4:
+            result[some, column] += (high - low) * 10.0 ** rng.uniform(-5.0, -0.5) * rng.normal()
+        elif kind < 0.8:
+            result[some, column] *= rng.uniform(0.3, 1.7)
+        else:
+            result[some, column] = rng.uniform(low, high)
+        result[some, column] = np.clip(result[some, column], low, high)
+    return result
