@@ -2,6 +2,7 @@
 
 from bitepoint.assembly.bound import bound_ratio
 from bitepoint.assembly.catalogue import (
+    ADVISERS,
     CONTROLLERS,
     PLANTS,
     SUPERVISORS,
@@ -13,6 +14,6 @@ from bitepoint.assembly.catalogue import (
 from bitepoint.assembly.composition import Assembly, Lanes, assemble
 
 __all__ = [
-    "CONTROLLERS", "PLANTS", "SUPERVISORS", "Assembly", "Lanes", "all_kernels", "assemble", "bound_ratio",
+    "ADVISERS", "CONTROLLERS", "PLANTS", "SUPERVISORS", "Assembly", "Lanes", "all_kernels", "assemble", "bound_ratio",
     "controllers_for", "keys", "signals",
 ]  # fmt: skip

@@ -49,6 +49,9 @@ def controllers_for(plant: str) -> dict[str, Controller]:
     return {each.name: each for each in CONTROLLERS.values() if plant in each.plants}
 
 
+ADVISERS: Mapping[str, Controller] = {block.name: block for block in (launch_intent.CONTROLLER,)}
+"""Blocks that run beside a controller and tell it something, by name."""
+
 PEDAL = Channel("pedal", "1", "accelerator pedal, 0 released, 1 fully pressed")
 """The signal that every scenario gives."""
 
@@ -56,9 +59,8 @@ PEDAL = Channel("pedal", "1", "accelerator pedal, 0 released, 1 fully pressed")
 def signals() -> list[Channel]:
     """Return every signal that plants and controllers show, each once."""
     records = [plant.outputs for plant in PLANTS.values()]
-    records += [
-        controller.command for controller in (*CONTROLLERS.values(), *SUPERVISORS.values(), launch_intent.CONTROLLER)
-    ]
+    blocks = (*CONTROLLERS.values(), *SUPERVISORS.values(), *ADVISERS.values())
+    records += [block.command for block in blocks]
     found = {f.name: Channel(f.name, f.unit, f.meaning) for record in records for f in record.fields.values()}
     return [PEDAL, *found.values()]
 
@@ -77,6 +79,6 @@ def keys() -> Iterator[tuple[str, Field]]:
 
 def all_kernels() -> list[Kernel[..., Any]]:
     """Return every kernel that is compiled for itself: those of all parts, the loop and the filters."""
-    parts = [*PLANTS.values(), *CONTROLLERS.values(), *SUPERVISORS.values()]
+    parts = [*PLANTS.values(), *CONTROLLERS.values(), *SUPERVISORS.values(), *ADVISERS.values()]
     kernels: list[Kernel[..., Any]] = [kernel for part in parts for kernel in (part.init, part.step)]
     return [*kernels, run_lane, butterworth_forward_backward]

@@ -12,7 +12,7 @@ from bitepoint.cli.settings import read_settings
 
 app = typer.Typer(no_args_is_help=True, help="Write a controller or a plant as C99 or ASAP2.")
 
-Name = Annotated[str, typer.Argument(help="A controller or a plant, as `bitepoint list` has it.")]
+Name = Annotated[str, typer.Argument(help="A controller or a plant, as `bitepoint list` has it, or launch_intent.")]
 Vehicle = Annotated[
     str | None,
     typer.Option("--vehicle", metavar="NAME", help="Library vehicle or vehicle file that it is designed for."),

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bitepoint.assembly import CONTROLLERS, PLANTS, Assembly, assemble
+from bitepoint.assembly import ADVISERS, CONTROLLERS, PLANTS, Assembly, assemble
+from bitepoint.controllers.controller import Controller
 from bitepoint.errors import InputError
 from bitepoint.kernels.c99 import PRECISIONS, Precision
 from bitepoint.scenarios import load_scenario, scenario_names
@@ -20,7 +21,7 @@ class Options:
     """What is asked for.
 
     Attributes:
-        name: of a controller or a plant.
+        name: of a controller, of a block beside one, or of a plant.
         vehicle: library vehicle or vehicle file that it is designed for; None: the scenario's own.
         settings: as `bitepoint run --set` takes them.
         precision: "float64" or "float32".
@@ -57,17 +58,18 @@ def find_subject(options: Options) -> Subject:
     """Return the part that the options name, with its loops in every library scenario that it fits.
 
     Raises:
-        InputError: an unknown controller or plant, vehicle or setting.
+        InputError: an unknown name, vehicle or setting.
     """
-    controller, plant = CONTROLLERS.get(options.name), PLANTS.get(options.name)
-    if controller is None and plant is None:
-        raise InputError("export", f"got {options.name}", f"expected one of {', '.join([*CONTROLLERS, *PLANTS])}")
+    blocks = {**CONTROLLERS, **ADVISERS}
+    controller = blocks.get(options.name)
+    if controller is None and options.name not in PLANTS:
+        raise InputError("export", f"got {options.name}", f"expected one of {', '.join([*blocks, *PLANTS])}")
     settings = dict(options.settings)
     for key in {"controller", "vehicle"} & set(settings):
         mend = "it is the part that is exported" if key == "controller" else "use --vehicle"
         raise InputError("--set", f"{key}: cannot be set here", mend)
     if controller is not None:
-        settings["controller"] = options.name
+        settings |= _as_controller(controller, settings)
     fitting = (options.name,) if controller is None else controller.plants
     if options.vehicle is not None:
         settings["vehicle"] = options.vehicle
@@ -83,7 +85,20 @@ def find_subject(options: Options) -> Subject:
     origin = f"vehicle {first.vehicle.name}" + (f", {changes}" if changes else "")
     if controller is None:
         return Subject(first.system.plant, f"plant {options.name}", origin, loops)
-    return Subject(first.system.controllers[0], controller.meaning, origin, loops)
+    part = next(part for part in first.system.controllers if part.name == options.name)
+    return Subject(part, controller.meaning, origin, loops)
+
+
+def _as_controller(block: Controller, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the settings that put a block into a loop: as the controller, or beside the first one that it advises."""
+    if block.name in CONTROLLERS:
+        return {"controller": block.name}
+    for key in settings:
+        if key.startswith("controller."):
+            raise InputError("--set", f"{key}: {block.name} takes no settings", "leave it out")
+    told = set(block.command.fields)
+    advised = next(name for name, other in CONTROLLERS.items() if told & set(other.measurement.fields))
+    return {"controller": advised, "controller.intention": "network"}
 
 
 def _loops(plants: Sequence[str], settings: Mapping[str, Any]) -> Iterator[tuple[str, Assembly]]:

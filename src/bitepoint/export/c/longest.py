@@ -116,14 +116,20 @@ def _filled(field: Field, told: Any, path: str) -> RecordArray:
     """Return the curve or map at a path of a mapping with all the points that it can have."""
     for name in path.split("."):
         told = told[name]
-    *grid, values = (np.array(told[axis.name], np.float64) for axis in field.axes)
-    for place, points in enumerate(grid):
-        finer = grid[place] = _finer(points, field.most_points)
-        rows: Floats = np.moveaxis(values, place, -1).reshape(-1, len(points))
-        filled = np.array([np.interp(finer, points, row) for row in rows])
-        others = [size for axis, size in enumerate(values.shape) if axis != place]
-        values = np.moveaxis(filled.reshape(*others, len(finer)), -1, place)
-    return tabulated(field, *grid, values)[0]
+    columns: list[Floats] = [np.array(told[axis.name], np.float64) for axis in field.axes]
+    for place, points in enumerate(columns[:-1]):
+        columns[place] = _finer(points, field.most_points)
+        columns[-1] = _between(columns[-1], place, points, columns[place])
+    return tabulated(field, *columns)[0]
+
+
+def _between(values: Floats, axis: int, points: Floats, finer: Floats) -> Floats:
+    """Return values over the points of an axis at the finer points."""
+    if values.ndim == 1:
+        return np.interp(finer, points, values)
+    if axis == 0:
+        return _between(values.T, 1, points, finer).T
+    return np.array([np.interp(finer, points, values[row]) for row in range(len(values))], np.float64)
 
 
 def _finer(points: Floats, most: int) -> Floats:

@@ -54,12 +54,12 @@ class Findings:
 
     @property
     def stack_bytes(self) -> int | None:
-        """Deepest stack: counted along the calls; where the maths library is called, what was measured if more."""
+        """Deepest stack: counted along the calls, or what was measured if more: the library takes some, too."""
         return self._stack(self.builds[0]) if self.builds else None
 
     def _stack(self, build: Build) -> int:
-        measured = [r.stack_measured for r in self.runs if (r.cpu, r.precision) == (build.cpu, build.precision)]
-        return build.stack_bytes if self.sources.translation.exact else max([build.stack_bytes, *measured])
+        runs = [r for r in self.runs if (r.cpu, r.precision) == (build.cpu, build.precision)]
+        return max([build.stack_bytes, *(r.stack_measured for r in runs if r.stack_measured > r.stack_floor)])
 
     def to_json(self) -> dict[str, Any]:
         """Return the report as plain data."""
