@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from bitepoint.assembly import ADVISERS, CONTROLLERS, PLANTS, Assembly, assemble
+from bitepoint.assembly import ADVISERS, CONTROLLERS, PLANTS, SUPERVISORS, Assembly, assemble
 from bitepoint.controllers.controller import Controller
 from bitepoint.errors import InputError
 from bitepoint.kernels.c99 import PRECISIONS, Precision
@@ -21,7 +21,7 @@ class Options:
     """What is asked for.
 
     Attributes:
-        name: of a controller, of a block beside one, or of a plant.
+        name: of a controller, of a supervisor before one, of an adviser beside one, or of a plant.
         vehicle: library vehicle or vehicle file that it is designed for; None: the scenario's own.
         settings: as `bitepoint run --set` takes them.
         precision: "float64" or "float32".
@@ -60,7 +60,7 @@ def find_subject(options: Options) -> Subject:
     Raises:
         InputError: an unknown name, vehicle or setting.
     """
-    blocks = {**CONTROLLERS, **ADVISERS}
+    blocks = {**CONTROLLERS, **SUPERVISORS, **ADVISERS}
     controller = blocks.get(options.name)
     if controller is None and options.name not in PLANTS:
         raise InputError("export", f"got {options.name}", f"expected one of {', '.join([*blocks, *PLANTS])}")
@@ -69,7 +69,7 @@ def find_subject(options: Options) -> Subject:
         mend = "it is the part that is exported" if key == "controller" else "use --vehicle"
         raise InputError("--set", f"{key}: cannot be set here", mend)
     if controller is not None:
-        settings |= _as_controller(controller, settings)
+        settings |= _as_controller(options.name, controller, settings)
     fitting = (options.name,) if controller is None else controller.plants
     if options.vehicle is not None:
         settings["vehicle"] = options.vehicle
@@ -79,25 +79,32 @@ def find_subject(options: Options) -> Subject:
             raise InputError(options.vehicle, f"is a vehicle with plant {kind}", mend)
         fitting = (kind,)
     loops = list(_loops(fitting, settings))
+    if controller is not None:
+        loops = [loop for loop in loops if any(part.name == controller.name for part in loop[1].system.controllers)]
     first = loops[0][1]
     said = {key: Path(value).name if key == "pedal" else value for key, value in options.settings.items()}
     changes = ", ".join(f"{key}={value}" for key, value in said.items())
     origin = f"vehicle {first.vehicle.name}" + (f", {changes}" if changes else "")
     if controller is None:
         return Subject(first.system.plant, f"plant {options.name}", origin, loops)
-    part = next(part for part in first.system.controllers if part.name == options.name)
-    return Subject(part, controller.meaning, origin, loops)
+    part = next(part for part in first.system.controllers if part.name == controller.name)
+    return Subject(replace(part, name=options.name), controller.meaning, origin, loops)
 
 
-def _as_controller(block: Controller, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings that put a block into a loop: as the controller, or beside the first one that it advises."""
-    if block.name in CONTROLLERS:
+def _as_controller(name: str, block: Controller, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the settings that put a block into a loop.
+
+    As the controller; beside the first one that it advises; supervisors stand in their loops already.
+    """
+    if name in CONTROLLERS:
         return {"controller": block.name}
     for key in settings:
         if key.startswith("controller."):
-            raise InputError("--set", f"{key}: {block.name} takes no settings", "leave it out")
+            raise InputError("--set", f"{key}: is none of {name}", f"expected keys such as {name}.KEY, if it has any")
+    if name in SUPERVISORS:
+        return {}
     told = set(block.command.fields)
-    advised = next(name for name, other in CONTROLLERS.items() if told & set(other.measurement.fields))
+    advised = next(each for each, other in CONTROLLERS.items() if told & set(other.measurement.fields))
     return {"controller": advised, "controller.intention": "network"}
 
 

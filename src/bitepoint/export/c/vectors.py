@@ -137,7 +137,9 @@ def _vary(record: Any, kind: type[Record], rng: np.random.Generator, *, revive: 
         elif field.kind == "int":
             if (field.low, field.high) == (0.0, 1.0) and rng.random() < SWITCHED:
                 record[name] = 1 - record[name]
-            continue  # else a choice, whose other values need more than a number
+            elif field.names:
+                record[name] = rng.integers(int(field.low), int(field.high), endpoint=True)
+            continue  # else a number of things, whose other values need more than a number
         else:
             shape = field.shape or None
             span = min(field.high - field.low, 1e6) * 10.0 ** rng.uniform(-4, 0)
