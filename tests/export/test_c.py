@@ -295,7 +295,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(bitepoint: Command, tmp_path: 
         (["launch_pid", "--precision", "float16"], ["--precision", "float16", "float32"]),
         (["launch_pid", "--vehicle", "bus"], ["bus", "no such vehicle"]),
         (["launch_pid", "--set", "controller.gain=3"], ["controller.gain", "unknown key"]),
-        (["launch_intent", "--set", "controller.clutch_kp=3"], ["controller.clutch_kp", "takes no settings"]),
+        (["launch_intent", "--set", "controller.clutch_kp=3"], ["controller.clutch_kp", "is none of launch_intent"]),
         (["launch_pid", "--set", "controller.clutch_kp=3 m"], ["controller.clutch_kp", "N m s/rad"]),
     ):
         bitepoint("export", "c", *arguments, "--out", str(out)).refusal(*parts)
