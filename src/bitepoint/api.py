@@ -365,7 +365,10 @@ def _result(assembly: Assembly, lane: LaneResult[Metrics], seed: int) -> Result:
     about = {**assembly.about, "status": lane.status, "reason": lane.reason, "seed": str(seed), "version": __version__}
     recording, metrics = replace(lane.recording, about=about), lane.figures
     if assembly.bound:
-        metrics = {**metrics, "bound_ratio": bound_ratio(assembly.system.plant.parameters, lane.status, metrics)}
+        metrics = {
+            **metrics,
+            "bound_ratio": bound_ratio(assembly.system.plant.parameters, lane.status, metrics, recording),
+        }
     family = assembly.scenario.metrics
     return Result(assembly.scenario.name, lane.status, lane.reason, metrics, recording, family=family)
 

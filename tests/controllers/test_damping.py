@@ -79,6 +79,15 @@ def test_within_5_points_of_the_bound(limit: float) -> None:
     assert best - 0.05 < reduction(damped, run("p2-tip-step", controller="none")) < best + 0.03
 
 
+def test_bound_ratio_tells_how_far_from_the_optimum_a_run_is() -> None:
+    ratio = run("p2-tip-step", report__bound="true").metrics["bound_ratio"].value
+    assert ratio is not None
+    assert 1.0 < ratio < 1.2
+    undamped = run("p2-tip-step", report__bound="true", controller="none").metrics["bound_ratio"].value
+    assert undamped is not None
+    assert undamped > 3.0
+
+
 def test_dead_time_of_the_motor_is_found_and_made_good() -> None:
     prompt, undamped = reduction(run(), run(controller="none")), run(controller="none")
     for delay, lost in (("10 ms", 0.04), ("20 ms", 0.04), ("40 ms", 0.16)):  # 40 ms are a tenth of a swing, lost to all

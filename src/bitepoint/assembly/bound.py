@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from bitepoint.assembly.settings import SET, Settings
 from bitepoint.errors import InputError, brief
-from bitepoint.metrics import Metric, Metrics
+from bitepoint.metrics import LEAST_STEP, Metric, Metrics
+from bitepoint.models.driveline import DrivelineModel
 from bitepoint.models.launch_vehicle import LaunchVehicle
 from bitepoint.planning.bounds import least_friction_work
 from bitepoint.planning.bounds_program import load_casadi
+from bitepoint.planning.damping_bound import least_torsional_speed
+from bitepoint.recording import Recording
 from bitepoint.records import RecordArray
 
 LEAST_WORK = 1.0
 """Least friction work, J, that a ratio is formed with: downhill, a launch can do without any."""
 
 
-def bound_wanted(settings: Settings, batch: bool) -> bool:
-    """Return whether `report.bound` is set; then refuse a batch, and an installation that cannot compute bounds."""
+def bound_wanted(settings: Settings, family: str, batch: bool) -> bool:
+    """Return whether `report.bound` is set; then refuse a batch, and an installation that cannot compute bounds.
+
+    Args:
+        family: of the figures of the scenario.
+    """
     report = settings.group("report")
     for key in report:
         if key != "bound":
@@ -25,18 +34,45 @@ def bound_wanted(settings: Settings, batch: bool) -> bool:
         raise InputError(SET, f"report.bound: got {brief(report['bound'])}", "expected true or false")
     if wanted and batch:
         raise InputError(SET, "report.bound: in a batch", "expected a single run")
-    if wanted:
+    if wanted and family == "launch":
         load_casadi()
     return wanted
 
 
-def bound_ratio(parameters: RecordArray, status: str, metrics: Metrics) -> Metric:
-    """Return the friction work over the least one at the run's own launch time, end speed and jerk.
+def bound_ratio(parameters: RecordArray, status: str, metrics: Metrics, recording: Recording) -> Metric:
+    """Return how a run compares with the physical optimum, 1 being the optimum.
+
+    Of a launch: friction work over the least one at the run's own launch time, end speed and jerk. Of a driveline:
+    torsional speed over the least possible one when the engine follows the largest step of the driver unshaped.
 
     Args:
         parameters: of the plant, one record, as the run had them.
-        status: of the run; metrics: figures of a launch.
+        status: of the run; metrics: its figures.
     """
+    if "torsional_speed_peak" in metrics:
+        return _damping_ratio(parameters, metrics["torsional_speed_peak"].value, recording)
+    return _launch_ratio(parameters, status, metrics)
+
+
+def _damping_ratio(parameters: RecordArray, peak: float | None, recording: Recording) -> Metric:
+    request = recording["torque_request"]
+    steps = np.abs(np.diff(request))
+    if peak is None or steps.size == 0 or steps.max() < LEAST_STEP:
+        return Metric(None, "1", f"no step of the driver of {LEAST_STEP:g} N m")
+    place = int(steps.argmax())
+    motor = parameters["motor"][0]
+    best = least_torsional_speed(
+        DrivelineModel.of(parameters, int(parameters["gearbox"]["gear"][0])),
+        float(request[place]),
+        float(request[place + 1]),
+        float(motor["torque_limit"]),
+        float(motor["torque_rate_limit"]),
+        delay=float(motor["delay"]),
+    )
+    return Metric(peak / best.peak, "1")
+
+
+def _launch_ratio(parameters: RecordArray, status: str, metrics: Metrics) -> Metric:
     time, work, speed, jerk = (
         metrics[name].value for name in ("launch_time", "friction_work", "end_speed", "jerk_peak")
     )

@@ -104,7 +104,7 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
     log = None if manoeuvre.log is None else manoeuvre.log.copy()
     if log is not None:
         _apply(LogSettings, log, chosen.group("log"), "log.")
-    bound = bound_wanted(chosen, over is not None)
+    bound = bound_wanted(chosen, manoeuvre.metrics, over is not None)
     figures = FAMILIES[manoeuvre.metrics].measure(_weights(manoeuvre, chosen))
     return Assembly(manoeuvre, vehicle, plant, controller, system, figures, lanes, bound, about, log)
 

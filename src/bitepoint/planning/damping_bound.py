@@ -29,6 +29,9 @@ PERIOD = 0.01
 SUBSTEPS = 4
 """Points per period in which the torsional speed counts."""
 
+CHANGE_COST = 1e-6
+"""Peak that a change of the torque by 1 N m is worth, rad/s: it costs less than 0.1 % of the peak."""
+
 HELD, SEEN = 0.8, 1.6
 """Time after which the motor has let go, and over which the torsional speed counts, s."""
 
@@ -113,17 +116,19 @@ def _steady(model: DrivelineModel, torque: float) -> Floats:
 
 
 def _least_peak(free: Floats, response: Floats, limit: float, change: float) -> Floats:
+    """Return the torque by period: of all that have the least peak, one that changes little."""
     from scipy.optimize import linprog  # pyright: ignore[reportUnknownVariableType]
 
     points, periods = response.shape
-    column = np.ones((points, 1))
     changes = np.eye(periods + 1, periods) - np.eye(periods + 1, periods, k=-1)
-    changes = np.hstack([changes, np.zeros((periods + 1, 1))])
-    rows = np.vstack([np.hstack([response, -column]), np.hstack([-response, -column]), changes, -changes])
-    limits = np.concatenate([-free, free, np.full(2 * (periods + 1), change)])
-    bounds = [(-limit, limit)] * periods + [(0.0, None)]
-    cost = np.append(np.zeros(periods), 1.0)
+    peak, sizes = np.ones((points, 1)), np.eye(periods + 1)  # variables: torques, the peak, sizes of the changes
+    none, nothing = np.zeros((points, periods + 1)), np.zeros((periods + 1, 1))
+    rows = np.block(
+        [[response, -peak, none], [-response, -peak, none], [changes, nothing, -sizes], [-changes, nothing, -sizes]]
+    )
+    limits = np.concatenate([-free, free, np.zeros(2 * (periods + 1))])
+    bounds = [(-limit, limit)] * periods + [(0.0, None)] + [(0.0, change)] * (periods + 1)
+    cost = np.concatenate([np.zeros(periods), [1.0], np.full(periods + 1, CHANGE_COST)])
     found = cast("Any", linprog)(cost, A_ub=rows, b_ub=limits, bounds=bounds, method="highs")
-    # never infeasible: no torque at all keeps every limit
-    torque: Floats = found.x[:-1]
+    torque: Floats = found.x[:periods]  # never infeasible: no torque at all keeps every limit
     return torque

@@ -118,7 +118,7 @@ def reproduce(progress: Callable[[str], object]) -> Reproduction:
     rows += _euler()
     figures = {
         "Tip-in profile": runs_figure({"none": undamped.recording, **_drawn(damped)}),
-        "What a motor can do, and what the controller does": bound_figure(bounds),
+        "The least swing that a motor of a given torque can leave": bound_figure(bounds),
         "Sweeps of the paper's controller": trend_figure(trends),
         "Prediction and control horizon, the paper's controller": heat_figure(*HORIZONS, grid),
     }

@@ -62,6 +62,8 @@ def load_vehicle(name: str) -> Vehicle:
                     where, f"{key}.source: got {brief(source)}", "expected text that says where it is from"
                 )
             sources[key], blocks[key] = source, numbers
-    if "road" in blocks:
-        raise InputError(where, "road: does not belong to a vehicle", "set it in the scenario, or by --set road.grade")
+    for block, key in (("road", "grade"), ("start", "speed")):
+        if block in blocks:
+            mend = f"set it in the scenario, or by --set {block}.{key}"
+            raise InputError(where, f"{block}: does not belong to a vehicle", mend)
     return Vehicle(path.stem, plant, meaning, where, blocks, sources)
