@@ -78,7 +78,7 @@ class Findings:
             "misra": None if self.misra is None else dict(self.misra),
             "maths": sorted(sources.translation.maths),
             "selftest": {"steps": self.steps, "sequences": self.sequences},
-            "builds": [asdict(build) for build in self.builds],
+            "builds": [{**asdict(build), "stack_bytes": self._stack(build)} for build in self.builds],
             "targets": [asdict(run) for run in self.runs],
             "coverage": None if self.coverage is None else asdict(self.coverage),
             "absorbed_in_float32": [asdict(found) for found in sources.translation.absorbed],
