@@ -157,7 +157,7 @@ def test_a_log_longer_than_the_scenario_is_run_to_its_end(bitepoint: Command, tm
     assert (short["status"], short["reason"]) == ("timed out", "no stop rule held within 5 s")
 
 
-KEYS = "expected one of intent, controller, vehicle, pedal, or a key of vehicle, engine"
+KEYS = "expected one of intent, controller, vehicle, pedal, speed, or a key of vehicle, engine"
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from bitepoint.assembly.bound import bound_wanted
-from bitepoint.assembly.catalogue import CONTROLLERS, PEDAL, PLANTS, SUPERVISORS, controllers_for
-from bitepoint.assembly.profiles import given_profiles
+from bitepoint.assembly.catalogue import CONTROLLERS, PLANTS, SUPERVISORS, controllers_for
+from bitepoint.assembly.profiles import LOGS, given_profiles
 from bitepoint.assembly.settings import SET, Settings, number
 from bitepoint.controllers import launch_intent
 from bitepoint.controllers.controller import Controller
@@ -58,7 +58,7 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
     """Return the closed loop of a library scenario, or of a scenario file, with settings applied.
 
     Args:
-        settings: as `--set` takes them: choices (intent, controller, vehicle, pedal) and dotted keys.
+        settings: as `--set` takes them: choices (intent, controller, vehicle, pedal, speed) and dotted keys.
         over: dotted keys of plant or controller with one value per lane.
 
     Raises:
@@ -84,7 +84,7 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
     supervisors = _supervisors(manoeuvre, plant)
     controllers = [*supervisors, controller]
     profiles = list(given_profiles(manoeuvre, chosen, [plant.inputs, *(each.measurement for each in controllers)]))
-    if "pedal" in chosen.choices and "duration" not in chosen.group("timing"):
+    if set(LOGS.values()) & set(chosen.choices) and "duration" not in chosen.group("timing"):
         timing["duration"] = max(timing["duration"][0], profiles[0].time[-1])
     beside, constant = _intention(controller, nominal, chosen)
     before = [_supervisor_part(each, nominal, chosen) for each in supervisors]
@@ -131,9 +131,9 @@ def _sort(settings: Mapping[str, Any]) -> Settings:
 
 
 def _refuse_unknown(settings: Settings, plant: Plant, scenario: Scenario) -> None:
-    choices = ("intent", "controller", "vehicle", "pedal")
+    choices = ("intent", "controller", "vehicle", *LOGS.values())
     groups = (*plant.parameters.fields, "controller", "timing", "report", *_IMPERFECTIONS)
-    groups += ("pedal",) if scenario.signal == PEDAL.name else ()
+    groups += (LOGS[scenario.signal],) if scenario.signal in LOGS else ()
     groups += () if scenario.log is None else ("log",)
     groups += () if FAMILIES[scenario.metrics].settings is None else ("cost",)
     groups += tuple(scenario.supervisors)

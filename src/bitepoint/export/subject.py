@@ -82,7 +82,7 @@ def find_subject(options: Options) -> Subject:
     if controller is not None:
         loops = [loop for loop in loops if any(part.name == controller.name for part in loop[1].system.controllers)]
     first = loops[0][1]
-    said = {key: Path(value).name if key == "pedal" else value for key, value in options.settings.items()}
+    said = {key: Path(value).name if key in ("pedal", "speed") else value for key, value in options.settings.items()}
     changes = ", ".join(f"{key}={value}" for key, value in said.items())
     origin = f"vehicle {first.vehicle.name}" + (f", {changes}" if changes else "")
     if controller is None:
@@ -114,7 +114,7 @@ def _loops(plants: Sequence[str], settings: Mapping[str, Any]) -> Iterator[tuple
         scenario = load_scenario(name)
         if scenario.plant not in plants:
             continue
-        if {"intent", "pedal"} & set(settings):
+        if {"intent", "pedal", "speed"} & set(settings):
             yield f"{name} as set", assemble(name, settings)
         else:
             for intent in dict.fromkeys([scenario.intent, *scenario.intents]):

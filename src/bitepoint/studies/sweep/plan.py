@@ -24,7 +24,7 @@ from bitepoint.version import __version__
 SEED = "seed"
 """The key of the noise's seed."""
 
-_FILES = ("vehicle", "pedal", "controller.model")
+_FILES = ("vehicle", "pedal", "speed", "controller.model")
 """Keys whose value may be a file."""
 
 _ABOVE = ("__init__.py", "__main__.py", "api.py", "cli", "export", "report", "studies")
