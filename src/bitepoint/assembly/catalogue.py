@@ -15,6 +15,7 @@ from bitepoint.controllers import (
     launch_mpc,
     launch_pid,
     none,
+    speed_driver,
     torque_split,
     undamped,
 )
@@ -40,7 +41,9 @@ CONTROLLERS: Mapping[str, Controller] = {
 }
 """All controllers, by name; that of a hybrid that does nothing stands as undamped, since `none` is that of a launch."""
 
-SUPERVISORS: Mapping[str, Controller] = {torque_split.CONTROLLER.name: torque_split.CONTROLLER}
+SUPERVISORS: Mapping[str, Controller] = {
+    module.CONTROLLER.name: module.CONTROLLER for module in (speed_driver, torque_split)
+}
 """Parts between driver and controller, by name."""
 
 

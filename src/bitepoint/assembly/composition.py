@@ -85,9 +85,10 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
     controllers = [*supervisors, controller]
     profiles = list(given_profiles(manoeuvre, chosen, [plant.inputs, *(each.measurement for each in controllers)]))
     if set(LOGS.values()) & set(chosen.choices) and "duration" not in chosen.group("timing"):
-        timing["duration"] = max(timing["duration"][0], profiles[0].time[-1])
+        least = 0.0 if "speed" in chosen.choices else timing["duration"][0]
+        timing["duration"] = max(least, profiles[0].time[-1])
     beside, constant = _intention(controller, nominal, chosen)
-    before = [_supervisor_part(each, nominal, chosen) for each in supervisors]
+    before = [_supervisor_part(each, nominal, manoeuvre, chosen) for each in supervisors]
     main = _controller_part(controller, _designed(controller, nominal, calibration, chosen))
     system = System(
         plant=_plant_part(plant, parameters, float(timing["tick"][0])),
@@ -174,8 +175,11 @@ def _supervisors(scenario: Scenario, plant: Plant) -> list[Controller]:
     return [fitting[name] for name in scenario.supervisors]
 
 
-def _supervisor_part(supervisor: Controller, vehicle: RecordArray, settings: Settings) -> Part:
-    calibration = _calibration(supervisor, settings.group(supervisor.name), {}, 1, supervisor.name)
+def _supervisor_part(
+    supervisor: Controller, vehicle: RecordArray, scenario: Scenario, settings: Settings
+) -> Part:
+    """Return the part with what the scenario sets of it, then what the user sets."""
+    calibration = _calibration(supervisor, settings.group(supervisor.name), {}, 1, scenario)
     return _controller_part(supervisor, supervisor.design(vehicle, calibration))
 
 
@@ -236,8 +240,13 @@ def _varied(
 
 
 def _calibration(
-    controller: Controller, settings: Mapping[str, Any], over: Lanes, lanes: int, group: str = "controller"
+    controller: Controller,
+    settings: Mapping[str, Any],
+    over: Lanes,
+    lanes: int,
+    scenario: Scenario | None = None,
 ) -> RecordArray:
+    group = "controller" if scenario is None else controller.name
     shipped = controller.calibrations()
     name = str(settings.get("calibration", controller.default_calibration))
     if name not in shipped:
@@ -245,6 +254,8 @@ def _calibration(
         raise InputError(SET, f"{group}.calibration: {controller.name} has no {name}", mend)
     values = {key: value for key, value in shipped[name].items() if key != "source"}
     calibration = controller.calibration.parse(values, f"calibration {name} of {controller.name}")
+    if scenario is not None:
+        _apply(controller.calibration, calibration, scenario.supervisors[group], f"{group}.", scenario.where)
     changes = {key: value for key, value in settings.items() if key not in _CHOICES}
     _apply(controller.calibration, calibration, changes, f"{group}.")
     if over:

@@ -219,7 +219,8 @@ def step(
             s.gear = 0
             if engaged:
                 torque = open_torque(p, p.gear[place], s, m, c)
-        shaping_step(s.shaped, w.engine + motor, p.shaping_share)
+        geared = w.engine if m.clutch_torque_command > 0.0 else 0.0
+        shaping_step(s.shaped, geared + motor, p.shaping_share)
         shaping_step(s.engine_shaped, w.engine, p.shaping_share)
         change = p.rate_limit * dt
         torque = clamp(torque - p.calibration.slip_gain * slipping, -w.limit, w.limit)

@@ -9,6 +9,7 @@ from typing import Any, cast
 from bitepoint.errors import InputError, brief
 from bitepoint.files import find, library_names, read_yaml
 from bitepoint.records import Curve, Record, RecordArray, curve, quantity
+from bitepoint.scenarios.cycles import cycle_trace
 from bitepoint.scenarios.runs import LogSettings, Runs, parse_runs
 from bitepoint.units import UnitError, parse
 
@@ -47,6 +48,9 @@ TRACES: Mapping[str, type[Record]] = {
 """What the driver does, by the name of the signal: one of them in each scenario."""
 
 
+SPEED = "speed_target"
+"""The signal whose traces may be cycles."""
+
 TIMED_OUT = "timed out"
 """Status of a run that no stop rule ended, where the scenario expects one to."""
 
@@ -58,7 +62,7 @@ class Scenario:
     Attributes:
         signal: what the driver does, a name of TRACES; intents: its trace by intent, each (time s, value in SI).
         given: further signals, which stay as they are: name -> value, still to be read in the signal's unit.
-        supervisors: names of the parts that stand between driver and controller.
+        supervisors: the parts that stand between driver and controller, by name, with what the scenario sets of them.
         road, start: blocks for the plant; rules: stop rules, their limits still to be read in the signal's unit.
         at_end: status of a run that no rule ended.
         runs, log: what differs between its runs, and how they are logged; None for a scenario of one run.
@@ -80,7 +84,7 @@ class Scenario:
     log: RecordArray | None = None
     signal: str = "pedal"
     given: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    supervisors: Sequence[str] = ()
+    supervisors: Mapping[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
     start: Mapping[str, Any] = field(default_factory=dict[str, Any])
     at_end: str = TIMED_OUT
 
@@ -131,7 +135,7 @@ def load_scenario(name: str) -> Scenario:
     if "log" in data and runs is None:
         raise InputError(where, "log: without runs", "add the block runs, or leave log out")
     log = None if runs is None else LogSettings.parse(data.get("log", {}), where, "log")
-    supervisors = _names(data.get("supervisors", []), where, "supervisors")
+    supervisors = _supervisors(data.get("supervisors", []), where)
     return Scenario(
         path.stem, where, **texts, intents=intents, road=road, start=start, given=given, timing=timing, rules=rules,
         runs=runs, log=log, supervisors=supervisors,
@@ -151,19 +155,34 @@ def _block(data: Mapping[str, Any], key: str, where: str) -> Mapping[str, Any]:
     return cast("Mapping[str, Any]", value)
 
 
-def _names(value: object, where: str, key: str) -> Sequence[str]:
+def _supervisors(value: object, where: str) -> Mapping[str, Mapping[str, Any]]:
+    if isinstance(value, Mapping):
+        blocks = {str(key): item or {} for key, item in cast("Mapping[object, Any]", value).items()}
+        return {key: _block(blocks, key, where) for key in blocks}
     if not isinstance(value, list):
-        raise InputError(where, f"{key}: got {brief(value)}", "expected a list of names")
-    return [_text(item, where, key) for item in cast("list[object]", value)]
+        raise InputError(where, f"supervisors: got {brief(value)}", "expected a list of names, or a block of blocks")
+    return {_text(item, where, "supervisors"): {} for item in cast("list[object]", value)}
 
 
 def _trace(value: object, signal: str, where: str, key: str) -> tuple[Sequence[float], Sequence[float]]:
+    if signal == SPEED and isinstance(value, Mapping) and "cycle" in value:
+        return _cycle(cast("Mapping[str, object]", value), where, key)
     try:
         trace = TRACES[signal].parse({"trace": value}, where, "")["trace"][0]
     except InputError as error:
         raise InputError(where, error.problem.replace("trace", key, 1), error.mend) from None
     points = int(trace["points"])
     return trace["x"][:points].tolist(), trace["y"][:points].tolist()
+
+
+def _cycle(value: Mapping[str, object], where: str, key: str) -> tuple[Sequence[float], Sequence[float]]:
+    if len(value) > 1:
+        raise InputError(where, f"{key}: got keys {', '.join(value)}", "expected cycle alone")
+    try:
+        time, speed = cycle_trace(str(value["cycle"]))
+    except InputError as error:
+        raise InputError(where, f"{key}.{error.where}: {error.problem}", error.mend) from None
+    return time.tolist(), speed.tolist()
 
 
 def _hold(value: object, where: str, key: str) -> float:
