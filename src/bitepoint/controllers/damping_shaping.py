@@ -141,7 +141,8 @@ def step(
         engine = clamp(m.engine_torque_base, -5000.0, 5000.0)
         motor = clamp(m.motor_torque_base, -5000.0, 5000.0)
         limit = clamp(m.motor_torque_limit, 0.0, p.torque_limit)
-        shaping_step(s.shaped, engine + motor, p.shaping_share)
+        geared = engine if m.clutch_torque_command > 0.0 else 0.0
+        shaping_step(s.shaped, geared + motor, p.shaping_share)
         engine_follows(p, s, engine)
         given = s.engine_shaped.second if p.calibration.shape_engine == 1 else s.engine_torque
         if m.clutch_torque_command <= 0.0:

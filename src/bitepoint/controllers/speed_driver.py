@@ -2,8 +2,8 @@
 
     F = m a* + road load(v*) + m / T (v* - v) + integral,      v*: speed to follow, a*: its rate
 
-The powertrain gives F within its limits and recuperates down to a torque that fades near standstill; the brake takes the
-rest. a* is the filtered difference of v*, without looking ahead. The road load is that of a level road and of the mass
+The powertrain gives F within its limits and recuperates down to a torque that fades near standstill; the brake takes
+what the motor, which recuperates, leaves. a* is the filtered difference of v*, without looking ahead. The road load is that of a level road and of the mass
 in the vehicle file; what is not so, the integral finds. It rests while a limit is met, at a standstill and while
 shifting.
 
@@ -95,6 +95,7 @@ class SpeedDriverMeasurement(Record):
     vehicle_speed: float = quantity("m/s", -150, 150, "speed of the vehicle")
     gear: float = quantity("1", 0, 8, "engaged gear; 0 while shifting")
     gear_ratio: float = quantity("1", 0, 2500, "input speed over wheel speed in the gear, or in the next one")
+    motor_torque: float = quantity("N*m", -5000, 5000, "torque of the motor")
 
 
 class SpeedDriverCommand(Record):
@@ -146,8 +147,13 @@ def road_load(p: SpeedDriverParameters, speed: float) -> float:
 
 
 @kernel
-def follow(p: SpeedDriverParameters, s: SpeedDriverState, speed: float, ratio: float, dt: float) -> None:
-    """Write torque and brake that follow the target from `speed` (m/s) with `ratio` to the wheels."""
+def follow(
+    p: SpeedDriverParameters, s: SpeedDriverState, speed: float, ratio: float, given: float, dt: float
+) -> None:
+    """Write torque and brake that follow the target from `speed` (m/s), with `ratio` to the wheels.
+
+    The brake brakes what the torque `given` at the input (N m) leaves, which lags behind the request.
+    """
     lever = ratio / p.wheel_radius
     inertia = p.mass + p.wheel_mass + p.input_inertia * lever * lever
     error = s.target - speed
@@ -158,7 +164,7 @@ def follow(p: SpeedDriverParameters, s: SpeedDriverState, speed: float, ratio: f
     wanted = clamp(force / lever, low, p.torque_limit) if s.phase == DRIVING else 0.0
     change = p.calibration.torque_rate * dt
     s.torque = clamp(wanted, s.torque - change, s.torque + change)
-    friction = max(s.torque * lever - force, 0.0) * p.wheel_radius if force < 0.0 else 0.0
+    friction = max(given * lever - force, 0.0) * p.wheel_radius if force < 0.0 else 0.0
     step = p.calibration.brake_rate * dt
     s.brake = clamp(clamp(friction, s.brake - step, s.brake + step), 0.0, p.brake_limit)
     limited = (force > lever * p.torque_limit and error > 0.0) or (friction > p.brake_limit and error < 0.0)
@@ -205,7 +211,7 @@ def step(
 ) -> int:
     """Follow the speed; return 0, or 1 where a measurement is no number, and leave the commands as they are."""
     status = 1
-    if is_finite(m.speed_target + m.vehicle_speed) and is_finite(m.gear + m.gear_ratio):
+    if is_finite(m.speed_target + m.vehicle_speed) and is_finite(m.gear + m.gear_ratio + m.motor_torque):
         status = 0
         target = clamp(m.speed_target, 0.0, 100.0)
         speed = clamp(m.vehicle_speed, -150.0, 150.0)
@@ -217,7 +223,8 @@ def step(
         if target < STANDING_TARGET and speed < p.calibration.standstill_speed:
             hold(p, s, dt)
         else:
-            follow(p, s, speed, ratio, dt)
+            given = clamp(m.motor_torque, -5000.0, 5000.0) if m.gear > 0.5 else 0.0
+            follow(p, s, speed, ratio, given, dt)
         command(s, c)
     return status
 

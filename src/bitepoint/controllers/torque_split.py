@@ -29,8 +29,8 @@ LEAVING_SPEED = 1.1
 ENTERING_SPEED = 1.3
 """The same, above which the engine may be taken in."""
 
-MATCHING_TIME = 0.15
-"""Time constant with which the engine comes to the speed of the motor, s (chosen: three lags of an engine)."""
+MATCHING_TIME = 0.1
+"""Time constant with which the engine comes to the speed of the motor, s (chosen: two lags of an engine)."""
 
 
 class TorqueSplitCalibration(Record):
@@ -41,8 +41,8 @@ class TorqueSplitCalibration(Record):
     charging_torque: float = quantity("N*m", 0, 1000, "of the motor in the mode generating", default=40.0)
     engine_speed_above: float = quantity("m/s", 0, 100, "vehicle speed from which the engine drives", default=10.0)
     engine_speed_below: float = quantity("m/s", 0, 100, "vehicle speed below which it does not", default=8.0)
-    engine_torque_above: float = quantity("N*m", 0, 5000, "request from which it drives at any speed", default=150.0)
-    closing_slip: float = quantity("rad/s", 0.1, 100, "difference of speeds at which the clutch closes", default=3.0)
+    engine_torque_above: float = quantity("N*m", 0, 5000, "request from which it drives at any speed", default=180.0)
+    closing_slip: float = quantity("rad/s", 0.1, 100, "difference of speeds at which the clutch closes", default=5.0)
     handover_time: float = quantity("s", 0.01, 10, "in which the torque goes from one to the other", default=0.4)
 
 

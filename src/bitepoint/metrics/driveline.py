@@ -12,6 +12,7 @@ import numpy as np
 
 from bitepoint.metrics.jerk import JERK_SAMPLING, jerk
 from bitepoint.metrics.metric import Metric, Metrics, energy_residual, existing
+from bitepoint.metrics.speed_trace import speed_error_rms, within_tolerance
 from bitepoint.recording import Floats, Recording
 from bitepoint.records import Record, RecordArray, quantity
 
@@ -45,6 +46,9 @@ DRIVELINE_UNITS: Mapping[str, str] = {
     "motor_energy": "J",
     "fuel_used": "kg",
     "tyre_slip_peak": "1",
+    "speed_error_rms": "m/s",
+    "within_tolerance": "1",
+    "distance": "m",
     "total_cost": "1",
     "energy_residual": "1",
 }
@@ -64,6 +68,8 @@ def driveline(recording: Recording, settings: RecordArray) -> Metrics:
         figures["torque_response_time"] = Metric(None, "s", reason)
     return figures
 
+
+_SINCE_START = (("motor_energy", "electric_energy"), ("fuel_used", "fuel_used"), ("distance", "distance"))
 
 _COST = (
     ("correction_torque_rms", "correction_torque"),
@@ -90,7 +96,9 @@ def _values(recording: Recording) -> dict[str, float | None]:
     values["correction_torque_rms"] = None
     if "correction_torque" in recording:
         values["correction_torque_rms"] = float(np.sqrt(np.mean(recording["correction_torque"] ** 2)))
-    for name, channel in (("motor_energy", "electric_energy"), ("fuel_used", "fuel_used")):
+    values["speed_error_rms"] = speed_error_rms(recording)
+    values["within_tolerance"] = within_tolerance(recording)
+    for name, channel in _SINCE_START:
         values[name] = float(recording[channel][-1] - recording[channel][0]) if channel in recording else None
     values["torque_response_time"] = torque_response_time(recording)
     return values

@@ -77,7 +77,8 @@ def refuse_folder(out: Path) -> None:
 def record(found: Subject, rows: int = RECORDED_ROWS) -> Iterator[Inputs]:
     """Yield what the part met in each of its loops, run without lag, delay and noise: at most `rows` of each."""
     for name, assembly in found.loops:
-        ideal = replace(assembly.system, imperfections=Imperfections())
+        long_enough = min(assembly.system.duration, (rows + 1) * found.part.period)
+        ideal = replace(assembly.system, imperfections=Imperfections(), duration=long_enough)
         recording = Simulation(ideal).run(lambda _: None)[0].recording
         assert recording is not None
         yield vectors.recorded(found.part, recording, name, rows)

@@ -1,0 +1,77 @@
+"""The NEDC with a driver: the car follows it, on a slippery road and laden too, and nothing swings after a shift."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import bitepoint
+from bitepoint.recording import Recording
+
+CONDITIONS: Mapping[str, Mapping[str, Any]] = {
+    "as it is": {},
+    "slippery": {"road.friction": 0.25},
+    "laden": {"vehicle.mass": "2600 kg"},
+    "uphill": {"road.grade": "3 %", "timing.duration": "400 s"},
+    "early shifts": {"speed_driver.shift_up_speed": "170 rad/s", "timing.duration": "400 s"},
+    "electric": {"torque_split.mode": "electric", "timing.duration": "400 s"},
+    "other gears": {"gearbox.shift_time": "0.5 s", "timing.duration": "400 s"},
+}
+
+
+@cache
+def driven(name: str) -> Any:
+    """The run under a condition; it and its figures are not changed."""
+    return bitepoint.run("p2-nedc", dict(CONDITIONS[name]))
+
+
+@pytest.mark.parametrize("name", CONDITIONS)
+def test_the_car_follows_the_cycle(name: str) -> None:
+    run = driven(name)
+    figures = {key: figure.value for key, figure in run.metrics.items()}
+    assert run.status == "completed"
+    assert figures["within_tolerance"] >= 0.99
+    assert figures["speed_error_rms"] < 0.2
+    assert figures["energy_residual"] < 1e-6
+
+
+def test_the_way_is_that_of_the_cycle() -> None:
+    assert driven("as it is").metrics["distance"].value == pytest.approx(11_013, rel=0.005)
+
+
+def test_every_gear_is_used_and_nothing_is_asked_in_neutral() -> None:
+    recording: Recording = driven("as it is").recording
+    gear = recording["gear"]
+    assert set(np.unique(gear)) == {0, 1, 2, 3, 4, 5, 6}
+    neutral = gear[1:] == 0.0
+    assert np.abs(recording["torque_request"][1:][neutral]).max() < 1.0
+    assert recording["clutch_torque_command"][1:][neutral][5:].min() == 0.0
+
+
+def test_the_engine_drives_and_never_falls_below_idle() -> None:
+    recording: Recording = driven("as it is").recording
+    closed = recording["clutch_torque_command"] > 0.0
+    assert 0.2 < closed.mean() < 0.8
+    assert recording["engine_speed"].min() > 0.97 * recording["engine_speed"][0]
+    assert recording["engine_torque"][closed].max() > 100.0
+
+
+@pytest.mark.parametrize("name", ["as it is", "slippery", "laden"])
+def test_nothing_swings_after_a_shift(name: str) -> None:
+    recording: Recording = driven(name).recording
+    engaged = np.flatnonzero((recording["gear"][:-1] == 0.0) & (recording["gear"][1:] > 0.0)) + 1
+    assert len(engaged) > 50
+    for k in engaged:
+        swing = recording["torsional_speed"][k + 100 : k + 200]  # from 1 s to 2 s: two periods of the driveline
+        assert np.abs(swing).max() < 0.4
+
+
+def test_a_finer_tick_makes_no_other_drive() -> None:
+    settings = {"timing.duration": "130 s"}
+    coarse = bitepoint.run("p2-nedc", settings).recording
+    fine = bitepoint.run("p2-nedc", {**settings, "timing.tick": "2 ms"}).recording
+    assert fine["vehicle_speed"][::5] == pytest.approx(coarse["vehicle_speed"], abs=1e-3)
