@@ -182,7 +182,7 @@ def listed(bitepoint: Command, *arguments: str) -> dict[str, Any]:
 def test_list_json_has_names_by_kind(bitepoint: Command) -> None:
     assert listed(bitepoint) == {
         "vehicles": ["dct-na190", "dct-t240", "p2-suv"],
-        "scenarios": ["dct-excitation", "dct-launch", "p2-tip-in", "p2-tip-step"],
+        "scenarios": ["dct-excitation", "dct-launch", "p2-nedc", "p2-tip-in", "p2-tip-step"],
         "controllers": [
             "none", "launch_pid", "ddpc", "ddpc_pso", "launch_mpc", "excitation", "damping_mpc", "damping_shaping"
         ],

@@ -48,6 +48,7 @@ def plausible(controller: Controller, k: int, rng: np.random.Generator) -> dict[
         "torque_request": asked, "engine_torque_base": 0.7 * asked, "motor_torque_base": 0.3 * asked, "gear": 2.0,
         "clutch_torque_command": 0.0 if k // 70 % 3 == 2 else 600.0, "engine_speed": speed, "motor_speed": speed,
         "wheel_speed": speed / 10.5, "vehicle_speed": 0.3 * speed / 10.5, "motor_torque_limit": 300.0,
+        "gear_ratio": 10.5, "speed_target": 5.0 + 3.0 * (k // 50 % 2),
     }  # fmt: skip
 
 

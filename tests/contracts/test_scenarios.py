@@ -17,6 +17,10 @@ from bitepoint.scenarios import load_scenario, scenario_names
 from tests.conftest import OTHER_LIVES, needs_c
 
 
+LONGEST = 150.0
+"""What of a scenario is run, s: of a driving cycle, its first standing starts, gears and stops."""
+
+
 def cases() -> Iterator[tuple[str, str, str]]:
     """Scenario, controller, intent."""
     for name in scenario_names():
@@ -32,6 +36,7 @@ def test_a_closed_loop_in_c_is_the_simulated_one_to_the_bit(scenario: str, contr
     settings = {"controller": controller, "intent": intent, "noise.engine_speed": 0.3, "delay.engine_speed": "10 ms"}
     if "engine_speed" not in CONTROLLERS[controller].measurement.fields:
         settings = {"controller": controller, "intent": intent}
+    settings |= {"timing.duration": min(LONGEST, float(load_scenario(scenario).timing["duration"][0]))}
     compiled = bitepoint.run(scenario, settings, seed=4)
     in_c = bitepoint.run(scenario, settings, seed=4, life="c")
     assert in_c.status == compiled.status

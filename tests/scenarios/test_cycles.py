@@ -18,7 +18,7 @@ from tests.conftest import Refused
 def test_totals_are_the_published_ones(name: str, duration: float, distance: float, highest: float) -> None:
     time, speed = cycle_trace(name)
     assert time[-1] == duration
-    assert np.trapezoid(speed, time) == pytest.approx(distance, rel=0.0015)
+    assert np.trapezoid(speed, time) == pytest.approx(distance, rel=0.002)
     assert 3.6 * speed.max() == pytest.approx(highest)
     assert speed[0] == speed[-1] == 0.0
 
@@ -44,9 +44,7 @@ def test_the_urban_cycle_breaks_down_as_published() -> None:
 
 
 @pytest.mark.parametrize(("segments", "low", "high"), [(ECE_15, -0.93, 1.05), (EUDC, -1.39, 0.84)])
-def test_accelerations_are_within_the_published_ones(
-    segments: tuple[Segment, ...], low: float, high: float
-) -> None:
+def test_accelerations_are_within_the_published_ones(segments: tuple[Segment, ...], low: float, high: float) -> None:
     rates = accelerations(segments)
     assert min(rates) == pytest.approx(low, abs=0.01)
     assert max(rates) == pytest.approx(high, abs=0.01)
@@ -65,7 +63,7 @@ def test_it_is_the_cycle_of_an_independent_table(data_folder: Path) -> None:
     time, own = cycle_trace("nedc")
     error = 3.6 * np.abs(np.interp(second, time, own) - speed)
     # that table draws straight lines over the gear changes and over changes of deceleration
-    assert np.mean(error < 0.3) > 0.87
+    assert np.mean(error < 0.3) > 0.8
     extra_urban = (second > 780 + 46) & (second < 1180)
-    assert error[extra_urban].max() < 0.15
+    assert error[extra_urban].max() < 0.06
     assert np.trapezoid(speed, second) == pytest.approx(np.trapezoid(own, time), rel=0.01)

@@ -175,9 +175,7 @@ def _supervisors(scenario: Scenario, plant: Plant) -> list[Controller]:
     return [fitting[name] for name in scenario.supervisors]
 
 
-def _supervisor_part(
-    supervisor: Controller, vehicle: RecordArray, scenario: Scenario, settings: Settings
-) -> Part:
+def _supervisor_part(supervisor: Controller, vehicle: RecordArray, scenario: Scenario, settings: Settings) -> Part:
     """Return the part with what the scenario sets of it, then what the user sets."""
     calibration = _calibration(supervisor, settings.group(supervisor.name), {}, 1, scenario)
     return _controller_part(supervisor, supervisor.design(vehicle, calibration))

@@ -3,12 +3,12 @@
     F = m a* + road load(v*) + m / T (v* - v) + integral,      v*: speed to follow, a*: its rate
 
 The powertrain gives F within its limits and recuperates down to a torque that fades near standstill; the brake takes
-what the motor, which recuperates, leaves. a* is the filtered difference of v*, without looking ahead. The road load is that of a level road and of the mass
-in the vehicle file; what is not so, the integral finds. It rests while a limit is met, at a standstill and while
-shifting.
+what the motor, which recuperates, leaves. a* is the filtered difference of v*, without looking ahead. The road load is
+that of a level road and of the mass in the vehicle file; what is not so, the integral finds. It rests while a limit is
+met, at a standstill and while shifting.
 
-Gears follow the speed of the gearbox input, with hysteresis. To shift, the driver takes the torque away, waits until the
-driveline has unwound, commands the gear, and gives torque again when it is engaged; meanwhile the brake does the
+Gears follow the speed of the gearbox input, with hysteresis. To shift, the driver takes the torque away, waits until
+the driveline has unwound, commands the gear, and gives torque again when it is engaged; meanwhile the brake does the
 braking. At a standstill the brake holds, and 1st gear is engaged.
 """
 
@@ -147,9 +147,7 @@ def road_load(p: SpeedDriverParameters, speed: float) -> float:
 
 
 @kernel
-def follow(
-    p: SpeedDriverParameters, s: SpeedDriverState, speed: float, ratio: float, given: float, dt: float
-) -> None:
+def follow(p: SpeedDriverParameters, s: SpeedDriverState, speed: float, ratio: float, given: float, dt: float) -> None:
     """Write torque and brake that follow the target from `speed` (m/s), with `ratio` to the wheels.
 
     The brake brakes what the torque `given` at the input (N m) leaves, which lags behind the request.

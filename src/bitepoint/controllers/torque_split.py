@@ -4,8 +4,8 @@ electric: all by the motor, the clutch open; engine: all by the engine; hybrid: 
 engine also gives what the motor takes to charge the battery.
 
 automatic: electric when slow, braking, and where the engine would turn below idle; else by the engine, which idles
-meanwhile. To take it in, its speed is brought to that of the motor, the clutch closes, and the torque is handed over; to
-let it go, the other way round. While the gearbox shifts the clutch is open.
+meanwhile. To take it in, its speed is brought to that of the motor, the clutch closes, and the torque is handed over;
+to let it go, the other way round. While the gearbox shifts the clutch is open.
 """
 
 from __future__ import annotations

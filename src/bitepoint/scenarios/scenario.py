@@ -157,7 +157,7 @@ def _block(data: Mapping[str, Any], key: str, where: str) -> Mapping[str, Any]:
 
 def _supervisors(value: object, where: str) -> Mapping[str, Mapping[str, Any]]:
     if isinstance(value, Mapping):
-        blocks = {str(key): item or {} for key, item in cast("Mapping[object, Any]", value).items()}
+        blocks: dict[str, Any] = {str(key): item for key, item in cast("Mapping[object, Any]", value).items()}
         return {key: _block(blocks, key, where) for key in blocks}
     if not isinstance(value, list):
         raise InputError(where, f"supervisors: got {brief(value)}", "expected a list of names, or a block of blocks")
@@ -165,8 +165,9 @@ def _supervisors(value: object, where: str) -> Mapping[str, Mapping[str, Any]]:
 
 
 def _trace(value: object, signal: str, where: str, key: str) -> tuple[Sequence[float], Sequence[float]]:
-    if signal == SPEED and isinstance(value, Mapping) and "cycle" in value:
-        return _cycle(cast("Mapping[str, object]", value), where, key)
+    block = cast("Mapping[str, object]", value) if isinstance(value, Mapping) else {}
+    if signal == SPEED and "cycle" in block:
+        return _cycle(block, where, key)
     try:
         trace = TRACES[signal].parse({"trace": value}, where, "")["trace"][0]
     except InputError as error:
