@@ -227,7 +227,7 @@ def test_the_cap_is_a_status() -> None:
 def test_unused_places_of_records_do_not_matter() -> None:
     programmes = dense(np.random.default_rng(16), LANES, 3, 7)
     exact = solve(programmes, qp_solver(3, 7))
-    for solver, fill in ((SOLVER, 0.0), (SOLVER, np.nan), (qp_solver(8, 32), np.inf)):
+    for solver, fill in ((SOLVER, 0.0), (SOLVER, np.nan), (qp_solver(8, 32), np.inf), (qp_solver(10, 20), np.nan)):
         found = solve(programmes, solver, fill=fill)
         for name in ("status", "x", "multipliers", "iterations", "residual"):
             assert getattr(found, name).tobytes() == getattr(exact, name).tobytes(), (solver.rows, name)

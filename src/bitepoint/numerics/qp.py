@@ -56,7 +56,7 @@ from bitepoint.records import Record
 
 MOST_VARIABLES, MOST_ROWS = 32, 128
 MOST_UNROLLED = 8
-"""Variables up to which the innermost loops are written out."""
+"""Variables up to which the innermost loops are written out, at full length; larger ones run over those in use."""
 
 
 @kernel
@@ -65,7 +65,7 @@ def qp_row_residual(m: QpMatrices, d: QpData, w: QpWork, s: QpSolution) -> float
     worst = 0.0
     for i in range(m.rows):
         value = m.constraints[i, 0] * s.x[0]
-        for j in range(1, VARIABLES):
+        for j in range(1, m.variables):
             value += m.constraints[i, j] * s.x[j]
         above = value - d.high[i]
         below = d.low[i] - value
@@ -85,7 +85,7 @@ def qp_stationarity(m: QpMatrices, d: QpData, w: QpWork, s: QpSolution) -> float
     for j in range(m.variables):
         total = d.gradient[j]
         terms = abs(total)
-        for k in range(VARIABLES):
+        for k in range(m.variables):
             part = m.hessian[j, k] * s.x[k]
             total += part
             terms += abs(part)
@@ -107,14 +107,14 @@ def qp_finish(m: QpMatrices, d: QpData, w: QpWork, s: QpSolution) -> bool:
         if w.sides[k] * w.forces[k] >= 0.0:
             s.multipliers[w.active[k]] = w.forces[k] * m.scales[w.active[k]]
         canary += abs(w.forces[k] * m.scales[w.active[k]])
-    for k in range(VARIABLES):
+    for k in range(m.variables):
         part = w.point[k]
         for j in range(k + 1):
             s.x[j] += m.inverse_factor[k, j] * part
     rows = qp_row_residual(m, d, w, s)
     stationarity = qp_stationarity(m, d, w, s)
     s.residual = max(stationarity, rows)
-    for j in range(VARIABLES):
+    for j in range(m.variables):
         canary += abs(s.x[j])
     return is_finite(canary + stationarity + rows)
 
@@ -157,12 +157,12 @@ def qp_solve(m: QpMatrices, d: QpData, w: QpWork, s: QpSolution) -> int:
         if status != SOLVING:
             break
         qp_limit(w)
-        outcome = qp_advance(w)
+        outcome = qp_advance(m, w)
         if outcome == ADDED:
             qp_add(m, w)
         # never: else, where the rows have a common point
         elif outcome == DROPPED:
-            qp_drop(w)
+            qp_drop(m, w)
         else:
             status = INFEASIBLE
     if status == SOLVED:
@@ -218,7 +218,9 @@ def qp_solver(variables: int, rows: int) -> QpSolver:
     write_out = variables <= MOST_UNROLLED
     for source in CALLEES_FIRST:
         name = f"{source.name}_{variables}x{rows}"
-        make = partial(unrolled, source, bound="VARIABLES") if write_out and source in HOT else source.specialise
+        make = source.specialise
+        if write_out and source in HOT:
+            make = partial(unrolled, source, bound="m.variables", length=variables)
         meanings[source.name] = make(name, meanings)
     matrices, data, work, solution = types.values()
     factorise, solve = meanings["qp_factorise"], meanings["qp_solve"]

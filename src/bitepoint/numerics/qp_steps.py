@@ -22,6 +22,7 @@ ADDED, DROPPED, STUCK = 0, 1, 2
 @kernel
 def qp_begin(m: QpMatrices, d: QpData, w: QpWork) -> int:
     """Begin at the unconstrained minimum, with no row active; return SOLVING, or why not."""
+    # never: else, in a part that looks before it asks
     status = SOLVING if m.usable == 1 else NOT_FINITE
     w.members = 0
     w.watched = 0
@@ -64,7 +65,7 @@ def qp_choose(m: QpMatrices, w: QpWork) -> None:
     for place in range(w.watched):
         i = w.watch[place]
         value = m.normals[i, 0] * w.point[0]
-        for j in range(1, VARIABLES):
+        for j in range(1, m.variables):
             value += m.normals[i, j] * w.point[j]
         above = value - w.high[i]
         below = w.low[i] - value
@@ -84,17 +85,17 @@ def qp_choose(m: QpMatrices, w: QpWork) -> None:
 @kernel
 def qp_enter(m: QpMatrices, w: QpWork) -> None:
     """Split the entering normal: its parts in the basis, and the direction, which active normals do not span."""
-    for j in range(VARIABLES):
+    for j in range(m.variables):
         w.direction[j] = 0.0
     total = 0.0
-    for k in range(VARIABLES):
+    for k in range(m.variables):
         part = w.basis[k, 0] * m.normals[w.entering, 0]
-        for j in range(1, VARIABLES):
+        for j in range(1, m.variables):
             part += w.basis[k, j] * m.normals[w.entering, j]
         w.parts[k] = part
         if k >= w.members:
             total += part**2
-            for j in range(VARIABLES):
+            for j in range(m.variables):
                 w.direction[j] += part * w.basis[k, j]
     w.square = total
 
@@ -131,11 +132,11 @@ def qp_add(m: QpMatrices, w: QpWork) -> None:
         diagonal = -length if w.parts[q] >= 0.0 else length
         share = 1.0 / (w.square + length * abs(w.parts[q]))
         w.parts[q] -= diagonal
-        for j in range(VARIABLES):
+        for j in range(m.variables):
             w.direction[j] -= diagonal * w.basis[q, j]
-        for k in range(q, VARIABLES):
+        for k in range(q, m.variables):
             factor = share * w.parts[k]
-            for j in range(VARIABLES):
+            for j in range(m.variables):
                 w.basis[k, j] -= factor * w.direction[j]
     w.triangle[q, q] = diagonal
     w.pivots[q] = 1.0 / diagonal
@@ -149,7 +150,7 @@ def qp_add(m: QpMatrices, w: QpWork) -> None:
 
 
 @kernel
-def qp_drop(w: QpWork) -> None:
+def qp_drop(m: QpMatrices, w: QpWork) -> None:
     """Make the leaving row inactive; what it alone spanned of the entering normal goes to the direction."""
     last = min(w.watched, ROWS - 1)
     w.watch[last] = w.active[w.leaving]
@@ -177,7 +178,7 @@ def qp_drop(w: QpWork) -> None:
         b = w.parts[k + 1]
         w.parts[k] = cosine * a + sine * b
         w.parts[k + 1] = cosine * b - sine * a
-        for j in range(VARIABLES):
+        for j in range(m.variables):
             a = w.basis[k, j]
             b = w.basis[k + 1, j]
             w.basis[k, j] = cosine * a + sine * b
@@ -186,12 +187,12 @@ def qp_drop(w: QpWork) -> None:
     freed = min(w.members, VARIABLES - 1)
     part = w.parts[freed]
     w.square += part**2
-    for j in range(VARIABLES):
+    for j in range(m.variables):
         w.direction[j] += part * w.basis[freed, j]
 
 
 @kernel
-def qp_advance(w: QpWork) -> int:
+def qp_advance(m: QpMatrices, w: QpWork) -> int:
     """Step along the direction; return ADDED at the limit of the entering row, DROPPED at a force of 0, or STUCK."""
     outcome = DROPPED
     step = w.limit
@@ -213,7 +214,7 @@ def qp_advance(w: QpWork) -> int:
         w.force += step
         for k in range(w.members):
             w.forces[k] -= step * w.ratios[k]
-        for j in range(VARIABLES):
+        for j in range(m.variables):
             w.point[j] -= step * w.direction[j]
         if outcome == DROPPED:
             w.gap -= step * w.square

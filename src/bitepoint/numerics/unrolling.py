@@ -11,8 +11,10 @@ from bitepoint.kernels import Kernel
 from bitepoint.kernels.source import Source
 
 
-def unrolled(kernel: Kernel[..., Any], name: str, meanings: Mapping[str, Any], bound: str) -> Kernel[..., Any]:
-    """Return `kernel` with other meanings, its innermost loops over the constant `bound` written out.
+def unrolled(
+    kernel: Kernel[..., Any], name: str, meanings: Mapping[str, Any], bound: str, length: int
+) -> Kernel[..., Any]:
+    """Return `kernel` with other meanings, its innermost loops over `bound` written out to a fixed length.
 
     A short loop costs a small processor three times what it does inside, and compilers for these write it out only at
     settings that nobody uses. Loops in whose body there is a loop, or a break, stay.
@@ -20,13 +22,14 @@ def unrolled(kernel: Kernel[..., Any], name: str, meanings: Mapping[str, Any], b
     Args:
         kernel: the kernel, with loops `for j in range(BOUND)` or `range(1, BOUND)`.
         name: of the new one. Its text is generated: `Kernel.specialise` keeps the lines of the file.
-        meanings: what global names stand for, as in `Kernel.specialise`; `bound` is among them.
-        bound: name of the constant.
+        meanings: what global names stand for, as in `Kernel.specialise`.
+        bound: a constant, or a number that says how much of an array is in use: what lies behind it must not count.
+        length: the constant, or the most that the number can be.
     """
     node = copy.deepcopy(kernel.source.node)
     node.name = name
     node.decorator_list = []
-    node = ast.fix_missing_locations(_Unroller(bound, meanings[bound]).visit(node))
+    node = ast.fix_missing_locations(_Unroller(bound, length).visit(node))
     text = _commented(ast.unparse(node), node, kernel.source)
     return Kernel.generate(name, f"{text}\n", {**kernel.source.namespace, **meanings})
 
@@ -51,7 +54,7 @@ def _statements(node: ast.stmt) -> Iterator[ast.stmt]:
 
 
 class _Unroller(ast.NodeTransformer):
-    """Exchanges loops over one constant for copies of their body."""
+    """Exchanges loops over one bound for copies of their body."""
 
     def __init__(self, bound: str, length: int) -> None:
         self.starts = {f"range({bound})": 0, f"range(1, {bound})": 1}
