@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from bitepoint.assembly import CONTROLLERS, assemble
+from bitepoint.assembly import CONTROLLERS, SUPERVISORS
+from bitepoint.export.subject import Options, find_subject
 from bitepoint.fields import Field
 from bitepoint.kernels import kernel
 from bitepoint.kernels.c99 import PRECISIONS, Precision
@@ -135,8 +136,7 @@ def leaves(array: Any, record: type[Record], path: str) -> Iterator[tuple[str, F
 
 def every_part() -> dict[str, Part]:
     """All parts by name."""
-    assembled = [assemble("dct-launch", {"controller": name}).system for name in CONTROLLERS]
-    parts = [part for system in assembled for part in system.parts]
+    parts = [find_subject(Options(name)).part for name in (*CONTROLLERS, *SUPERVISORS)]
     return {part.name: part for part in [*_plants(), *parts, _made_up()]}
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bitepoint.assembly import CONTROLLERS, PLANTS
+from bitepoint.assembly import CONTROLLERS, PLANTS, SUPERVISORS
 from bitepoint.export.a2l import a2l_text, symbol_sizes
 from bitepoint.export.a2l_syntax import display_format, identifier, number, quoted
 from bitepoint.fields import Field
@@ -81,7 +81,7 @@ def described(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 def test_every_controller_and_plant_is_tried() -> None:
-    assert set(PARTS) == {*CONTROLLERS, *PLANTS, "made_up"}
+    assert set(PARTS) == {*CONTROLLERS, *SUPERVISORS, *PLANTS, "made_up"}
 
 
 def clipped(field: Any, precision: Precision) -> tuple[float, float]:

@@ -16,8 +16,8 @@ from typing import Any
 
 import pytest
 
-from bitepoint.assembly import ADVISERS, CONTROLLERS, PLANTS
-from bitepoint.controllers import launch_mpc_records
+from bitepoint.assembly import ADVISERS, CONTROLLERS, PLANTS, SUPERVISORS
+from bitepoint.controllers import damping_mpc_records, launch_mpc_records
 from bitepoint.controllers.ddpc import MOVES
 from bitepoint.export.c import export_c, vectors
 from bitepoint.export.c.package import lay_down, record
@@ -33,16 +33,22 @@ pytestmark = needs_c
 MOST_CODE, MOST_STACK = {"launch_mpc": 10_240}, 1024
 """Bytes that a controller may take on a Cortex-M7 in float32: code by name, the others 8192; and stack."""
 
-MOST_INSTRUCTIONS = {"launch_mpc": 30_000, "ddpc": 15_000, "launch_intent": 6000}
+MOST_INSTRUCTIONS = {"launch_mpc": 30_000, "ddpc": 15_000, "launch_intent": 6000, "damping_mpc": 20_000}
 """Instructions that one step may take there: those that optimise or hold a network by name, the others 1000."""
 
 DISTANCES = {"N*m": 0.01, "rad/s": 1e-3, "s": 1e-4, "1": 1e-4}
 """How far an output may be in float32 from float64, by its unit."""
 
-WIDER = {("launch_mpc", "throttle"): 0.01, ("launch_mpc", "road_torque_estimate"): 0.1}
+WIDER = {
+    ("launch_mpc", "throttle"): 0.01,
+    ("launch_mpc", "road_torque_estimate"): 0.1,
+    ("damping_mpc", "road_torque_estimate"): 0.1,
+}
 """The same by output: where the throttle of a small torque is steep; at the wheels instead of the clutch."""
 
-EXPORTED = [name for name, controller in {**CONTROLLERS, **ADVISERS}.items() if not controller.desktop]
+EXPORTED = [
+    name for name, block in {**CONTROLLERS, **SUPERVISORS, **ADVISERS}.items() if not block.desktop
+]
 CASES = [(name, precision) for name in EXPORTED for precision in ("float64", "float32")]
 each_case = pytest.mark.parametrize(("name", "precision"), CASES, ids=["-".join(case) for case in CASES])
 Exported = Callable[[str, str], Path]
@@ -109,7 +115,7 @@ def test_all_of_it_compiles_without_a_warning(
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
-@pytest.mark.parametrize("name", [*CONTROLLERS, *ADVISERS, *PLANTS])
+@pytest.mark.parametrize("name", [*CONTROLLERS, *SUPERVISORS, *ADVISERS, *PLANTS])
 def test_no_line_is_too_long_and_no_word_of_a_comment_alone(name: str, precision: str, tmp_path: Path) -> None:
     subject = find_subject(Options(name, precision=precision))
     sources = Sources(subject.part, PRECISIONS[precision], subject.meaning, subject.origin)
@@ -177,10 +183,14 @@ def test_vectors_reach_every_line_and_branch(exported: Exported, name: str, prec
     assert found["coverage"]["lines"] > 20
 
 
-@pytest.mark.parametrize("name", ["ddpc", "launch_mpc"])
+@pytest.mark.parametrize("name", ["ddpc", "launch_mpc", "damping_mpc"])
 def test_report_tells_the_cap_of_the_solver(exported: Exported, name: str) -> None:
     solver = report(exported(name, "float32"))["solver"]
-    variables, rows = (MOVES, 3 * MOVES) if name == "ddpc" else (launch_mpc_records.MOVES, launch_mpc_records.ROWS)
+    variables, rows = {
+        "ddpc": (MOVES, 3 * MOVES),
+        "launch_mpc": (launch_mpc_records.MOVES, launch_mpc_records.ROWS),
+        "damping_mpc": (damping_mpc_records.MOVES, damping_mpc_records.ROWS),
+    }[name]
     assert solver["cap"] == qp_solver(variables, rows).iterations == 10 * variables + rows
     assert 0 < solver["iterations_worst"] <= solver["cap"]
 
@@ -188,7 +198,7 @@ def test_report_tells_the_cap_of_the_solver(exported: Exported, name: str) -> No
 @each_case
 def test_float32_stays_close_to_float64(exported: Exported, name: str, precision: str) -> None:
     differences = report(exported(name, precision))["float32_against_float64"]
-    assert "1" in {d["unit"] for d in differences.values()}
+    assert {d["unit"] for d in differences.values()} & {"N*m", "1"}
     for output, difference in differences.items():
         assert difference["largest"] <= WIDER.get((name, output), DISTANCES[difference["unit"]]), output
 

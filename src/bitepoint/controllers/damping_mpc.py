@@ -106,7 +106,8 @@ def state_programme(p: DampingMpcParameters, g: DampingGear, s: DampingMpcState,
                 needed += g.feed_forward[j, n] * w.past[n]
             w.feed_forward[j] = needed
             w.data.gradient[j] = gradient
-            reach = float(j + 1) * change
+            steps = j + 1
+            reach = float(steps) * change
             w.data.low[j] = (min(-w.limit, s.motor_command + reach) - needed) / TORQUE_SCALE
             w.data.high[j] = (max(w.limit, s.motor_command - reach) - needed) / TORQUE_SCALE
             row = min(p.moves + j, 2 * MOVES - 1)
