@@ -16,7 +16,7 @@ from typing import Any, get_args
 import numpy as np
 import numpy.typing as npt
 
-from bitepoint.assembly import Assembly, Lanes, assemble, bound_ratio
+from bitepoint.assembly import Assembly, Lanes, assemble, bound_ratio, solve_times
 from bitepoint.cache import write_atomically
 from bitepoint.errors import InputError, brief
 from bitepoint.identification.identify import Identified, Options, identify_launch
@@ -198,7 +198,7 @@ def run(
         return _logged(assemble(scenario, chosen, over), over, seed, life)
     assembly = assemble(scenario, chosen)
     lane = Simulation(assembly.system, life=life).run(assembly.figures, seed=seed)[0]
-    return _result(assembly, lane, seed)
+    return _result(assembly, lane, seed, life)
 
 
 def run_batch(
@@ -266,7 +266,7 @@ def _logged(assembly: Assembly, over: Lanes, seed: int, life: Life) -> Result:
     logs: dict[str, Recording] = {}
     for n, lane in enumerate(done):
         about = {f"run.{key}": str(values[n]) for key, values in over.items()}
-        result = _result(assembly, lane, seed)
+        result = _result(assembly, lane, seed, life)
         recording = replace(result.recording, about={**result.recording.about, **about})
         log = slip_log(recording, float(ratios[n % len(ratios)]), period, noise, (seed, n))
         if len(log.time) >= LEAST_ROWS:
@@ -276,7 +276,7 @@ def _logged(assembly: Assembly, over: Lanes, seed: int, life: Life) -> Result:
     left = assembly.lanes - len(logs)
     reason = f"{len(logs)} of {assembly.lanes} runs have {rows} rows in which the vehicle moves and the clutch slips"
     status = "logged" if not left else "partly logged" if logs else "not logged"
-    return replace(_result(assembly, done[0], seed), status=status, reason=reason, metrics=metrics, logs=logs)
+    return replace(_result(assembly, done[0], seed, life), status=status, reason=reason, metrics=metrics, logs=logs)
 
 
 def identify(
@@ -360,15 +360,15 @@ def _dotted(settings: Mapping[str, Any]) -> dict[str, Any]:
     return {key.replace("__", "."): value for key, value in settings.items()}
 
 
-def _result(assembly: Assembly, lane: LaneResult[Metrics], seed: int) -> Result:
+def _result(assembly: Assembly, lane: LaneResult[Metrics], seed: int, life: Life) -> Result:
     assert lane.recording is not None
     about = {**assembly.about, "status": lane.status, "reason": lane.reason, "seed": str(seed), "version": __version__}
     recording, metrics = replace(lane.recording, about=about), lane.figures
-    if assembly.bound:
-        metrics = {
-            **metrics,
-            "bound_ratio": bound_ratio(assembly.system.plant.parameters, lane.status, metrics, recording),
-        }
+    if assembly.report.bound:
+        ratio = bound_ratio(assembly.system.plant.parameters, lane.status, metrics, recording)
+        metrics = {**metrics, "bound_ratio": ratio}
+    if assembly.report.solve_time:
+        metrics = {**metrics, **solve_times(assembly.system.controllers[-1], recording, life)}
     family = assembly.scenario.metrics
     return Result(assembly.scenario.name, lane.status, lane.reason, metrics, recording, family=family)
 

@@ -12,8 +12,9 @@ from bitepoint.assembly.catalogue import (
     signals,
 )
 from bitepoint.assembly.composition import Assembly, Lanes, assemble
+from bitepoint.assembly.report_wishes import solve_times
 
 __all__ = [
     "ADVISERS", "CONTROLLERS", "PLANTS", "SUPERVISORS", "Assembly", "Lanes", "all_kernels", "assemble", "bound_ratio",
-    "controllers_for", "keys", "signals",
+    "controllers_for", "keys", "signals", "solve_times",
 ]  # fmt: skip

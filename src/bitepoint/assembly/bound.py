@@ -4,39 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from bitepoint.assembly.settings import SET, Settings
-from bitepoint.errors import InputError, brief
 from bitepoint.metrics import LEAST_STEP, Metric, Metrics
 from bitepoint.models.driveline import DrivelineModel
 from bitepoint.models.launch_vehicle import LaunchVehicle
 from bitepoint.planning.bounds import least_friction_work
-from bitepoint.planning.bounds_program import load_casadi
 from bitepoint.planning.damping_bound import least_torsional_speed
 from bitepoint.recording import Recording
 from bitepoint.records import RecordArray
 
 LEAST_WORK = 1.0
 """Least friction work, J, that a ratio is formed with: downhill, a launch can do without any."""
-
-
-def bound_wanted(settings: Settings, family: str, batch: bool) -> bool:
-    """Return whether `report.bound` is set; then refuse a batch, and an installation that cannot compute bounds.
-
-    Args:
-        family: of the figures of the scenario.
-    """
-    report = settings.group("report")
-    for key in report:
-        if key != "bound":
-            raise InputError(SET, f"report.{key}: unknown key", "expected report.bound")
-    wanted = {"true": True, "false": False}.get(str(report.get("bound", False)).lower())
-    if wanted is None:
-        raise InputError(SET, f"report.bound: got {brief(report['bound'])}", "expected true or false")
-    if wanted and batch:
-        raise InputError(SET, "report.bound: in a batch", "expected a single run")
-    if wanted and family == "launch":
-        load_casadi()
-    return wanted
 
 
 def bound_ratio(parameters: RecordArray, status: str, metrics: Metrics, recording: Recording) -> Metric:

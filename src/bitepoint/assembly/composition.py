@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from bitepoint.assembly.bound import bound_wanted
 from bitepoint.assembly.catalogue import CONTROLLERS, PLANTS, SUPERVISORS, controllers_for
 from bitepoint.assembly.profiles import LOGS, given_profiles
+from bitepoint.assembly.report_wishes import ReportWishes, report_wishes
 from bitepoint.assembly.settings import SET, Settings, number
 from bitepoint.controllers import launch_intent
 from bitepoint.controllers.controller import Controller
@@ -40,7 +40,7 @@ _CHOICES = ("calibration", "model", "intention")
 
 @dataclass(frozen=True)
 class Assembly:
-    """A scenario put together: parts, loop, figures, how its runs are logged, and whether its bound is asked for."""
+    """A scenario put together: parts, loop, figures, how its runs are logged, and what `report.*` asks for."""
 
     scenario: Scenario
     vehicle: Vehicle
@@ -49,7 +49,7 @@ class Assembly:
     system: System
     figures: Callable[[Recording], Metrics]
     lanes: int
-    bound: bool
+    report: ReportWishes
     about: Mapping[str, str]
     log: RecordArray | None = None
 
@@ -105,9 +105,9 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
     log = None if manoeuvre.log is None else manoeuvre.log.copy()
     if log is not None:
         _apply(LogSettings, log, chosen.group("log"), "log.")
-    bound = bound_wanted(chosen, manoeuvre.metrics, over is not None)
+    report = report_wishes(chosen, manoeuvre.metrics, over is not None)
     figures = FAMILIES[manoeuvre.metrics].measure(_weights(manoeuvre, chosen))
-    return Assembly(manoeuvre, vehicle, plant, controller, system, figures, lanes, bound, about, log)
+    return Assembly(manoeuvre, vehicle, plant, controller, system, figures, lanes, report, about, log)
 
 
 def _weights(scenario: Scenario, settings: Settings) -> RecordArray | None:

@@ -51,8 +51,13 @@ DRIVELINE_UNITS: Mapping[str, str] = {
     "distance": "m",
     "total_cost": "1",
     "energy_residual": "1",
+    "solve_time_p50": "s",
+    "solve_time_p999": "s",
 }
 """The figures and their units."""
+
+WALL_TIME = "a wall time, of a single run with report.solve_time=true"
+"""Why a recording alone has no times of the controller."""
 
 
 def driveline(recording: Recording, settings: RecordArray) -> Metrics:
@@ -66,7 +71,7 @@ def driveline(recording: Recording, settings: RecordArray) -> Metrics:
     if values["torque_response_time"] is None:
         reason = f"no step of {LEAST_STEP:g} N m that is held for {STEP_HOLD:g} s and answered within this time"
         figures["torque_response_time"] = Metric(None, "s", reason)
-    return figures
+    return figures | {name: Metric(None, "s", WALL_TIME) for name in ("solve_time_p50", "solve_time_p999")}
 
 
 _SINCE_START = (("motor_energy", "electric_energy"), ("fuel_used", "fuel_used"), ("distance", "distance"))
