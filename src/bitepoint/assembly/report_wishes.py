@@ -1,4 +1,4 @@
-"""What `report.*` asks for beside the figures of the scenario, of a single run: its bound, the times of its controller."""
+"""What `report.*` asks for beside the figures of a single run: its bound, and the times of its controller."""
 
 from __future__ import annotations
 
