@@ -16,7 +16,6 @@ from bitepoint.kernels import Life
 from bitepoint.scenarios import load_scenario, scenario_names
 from tests.conftest import OTHER_LIVES, needs_c
 
-
 LONGEST = 150.0
 """What of a scenario is run, s: of a driving cycle, its first standing starts, gears and stops."""
 

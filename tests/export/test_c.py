@@ -46,9 +46,7 @@ WIDER = {
 }
 """The same by output: where the throttle of a small torque is steep; at the wheels instead of the clutch."""
 
-EXPORTED = [
-    name for name, block in {**CONTROLLERS, **SUPERVISORS, **ADVISERS}.items() if not block.desktop
-]
+EXPORTED = [name for name, block in {**CONTROLLERS, **SUPERVISORS, **ADVISERS}.items() if not block.desktop]
 CASES = [(name, precision) for name in EXPORTED for precision in ("float64", "float32")]
 each_case = pytest.mark.parametrize(("name", "precision"), CASES, ids=["-".join(case) for case in CASES])
 Exported = Callable[[str, str], Path]

@@ -16,5 +16,6 @@ from bitepoint.metrics.metric import Metric, Metrics, energy_residual
 
 __all__ = [
     "EXCITATION_UNITS", "FAMILIES", "JERK_SAMPLING", "LAUNCH_UNITS", "LEAST_STEP", "SETTLING_TIME", "Family", "Metric",
-    "Metrics", "energy_residual", "excitation_set", "friction_work", "jerk", "jerk_peak", "launch", "pedal_onset", "sync_time",
+    "Metrics", "energy_residual", "excitation_set", "friction_work", "jerk", "jerk_peak", "launch", "pedal_onset",
+    "sync_time",
 ]  # fmt: skip
