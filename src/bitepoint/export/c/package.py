@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from bitepoint.assembly import PLANTS
 from bitepoint.errors import InputError
 from bitepoint.export.c import coverage, toolchain, vectors
 from bitepoint.export.c.driving import Answers, Floats, drive, iteration_counts
@@ -94,11 +95,8 @@ def _write(sources: Sources, recorded: Sequence[Inputs], folder: Path, work: Pat
     """Write all files into `folder`, use `work` for what is built on the way, and return what was found."""
     step("recording vectors")
     small = replace(sources, precision=FLOAT32)
-    fixed = list(recorded)
-    if coverage.available():
-        step("looking for the longest step")
-        precisions = {variant.precision.name: variant for variant in (small, sources)}
-        fixed += [longest(variant, recorded, _folder(work, f"longest-{name}")) for name, variant in precisions.items()]
+    step("looking for the longest step")
+    fixed = [*recorded, *_longest((small, sources), recorded, work)]
     sequences = coverage.choose(sources, fixed, vectors.random(sources.part, recorded), _folder(work, "probe"))
     expected = vectors.answers(sources, sequences)
     _hold(sources, sequences, expected)
@@ -129,6 +127,16 @@ def _write(sources: Sources, recorded: Sequence[Inputs], folder: Path, work: Pat
     (folder / "report.json").write_text(json.dumps(findings.to_json(), indent=2, allow_nan=False) + "\n", "utf-8")
     (folder / "REPORT.md").write_text(findings.to_markdown(), "utf-8")
     return findings
+
+
+def _longest(variants: Sequence[Sources], recorded: Sequence[Inputs], work: Path) -> Iterator[Inputs]:
+    """Yield the longest step that a search finds in each precision; of a plant a run with the longest searches."""
+    part = variants[0].part
+    if part.name in PLANTS or not coverage.available():
+        yield vectors.longest_searches(recorded[0], part)
+        return
+    for name, variant in {variant.precision.name: variant for variant in variants}.items():
+        yield longest(variant, recorded, _folder(work, f"longest-{name}"))
 
 
 def _folder(work: Path, name: str) -> Path:

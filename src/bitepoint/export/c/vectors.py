@@ -74,6 +74,18 @@ def _drawn(part: Part, runs: Sequence[Inputs]) -> Iterator[tuple[np.random.Gener
         yield rng, np.ascontiguousarray(table)
 
 
+def longest_searches(run: Inputs, part: Part) -> Inputs:
+    """Return a recorded run in which every search in a curve or a map goes through all the points that it can have."""
+    parameters = run.parameters.copy()
+    for path, field in part.parameters_type.table():
+        if field.axes:
+            *over, last = field.axes
+            grid = [axis.low + (axis.high - axis.low) * np.linspace(0.0, 1e-3, field.most_points) for axis in over]
+            values = np.full([field.most_points] * len(over), np.clip(0.3 * last.high, last.low, 1e4))
+            part.parameters_type.locate(parameters, path, part.name)[1][...] = tabulated(field, *grid, values)[0]
+    return Inputs(f"{run.name}, longest searches", parameters, run.inputs, designed=False)
+
+
 def _break(table: Floats, share: float, rng: np.random.Generator) -> None:
     """Replace a share of the inputs by what a broken sensor may show."""
     for row in table:
