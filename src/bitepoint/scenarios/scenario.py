@@ -164,12 +164,12 @@ def _supervisors(value: object, where: str) -> Mapping[str, Mapping[str, Any]]:
     return {_text(item, where, "supervisors"): {} for item in cast("list[object]", value)}
 
 
-def _trace(value: object, signal: str, where: str, key: str) -> tuple[Sequence[float], Sequence[float]]:
-    block = cast("Mapping[str, object]", value) if isinstance(value, Mapping) else {}
-    if signal == SPEED and "cycle" in block:
-        return _cycle(block, where, key)
+def _trace(value: Any, signal: str, where: str, key: str) -> tuple[Sequence[float], Sequence[float]]:
+    if signal == SPEED and isinstance(value, Mapping) and "cycle" in value:
+        return _cycle(cast("Mapping[str, object]", value), where, key)
+    fields: dict[str, Any] = {"trace": value}
     try:
-        trace = TRACES[signal].parse({"trace": value}, where, "")["trace"][0]
+        trace = TRACES[signal].parse(fields, where, "")["trace"][0]
     except InputError as error:
         raise InputError(where, error.problem.replace("trace", key, 1), error.mend) from None
     points = int(trace["points"])

@@ -205,7 +205,11 @@ def _refuse_unknown(system: System, connections: Sequence[Connection]) -> None:
 def _channels(
     system: System, places: Mapping[str, int], connections: Sequence[Connection]
 ) -> Iterator[tuple[Channel, int]]:
-    """Yield what is recorded: every shown signal once, and what a reader got where a wire altered it."""
+    """Yield what is recorded: every shown signal once, and what a reader got where a wire altered it.
+
+    Where several controllers read a signal, NAME_measured is that of the last one; the others have their name behind.
+    """
+    readers = {c.signal: c.part for c in connections if system.parts[c.part] is not system.plant}
     for profile in system.profiles:
         yield profile.channel, places[profile.channel.name]
     for part in (system.plant, *system.controllers):
@@ -215,6 +219,8 @@ def _channels(
         if not connection.ideal:
             part = system.parts[connection.part]
             suffix = "actual" if part is system.plant else "measured"
+            if suffix == "measured" and readers[connection.signal] != connection.part:
+                suffix += f"_{part.name}"
             signal = part.inputs.fields[connection.signal]
             channel = Channel(f"{connection.signal}_{suffix}", signal.unit, f"{signal.meaning}, as {part.name} gets it")
             yield channel, connection.target
