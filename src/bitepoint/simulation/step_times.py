@@ -55,7 +55,7 @@ def step_times(part: Part, recording: Recording, life: Life = "compiled") -> Ste
         nanoseconds[row] = clock() - begun
         shown[row] = outputs
     raise_pending()
-    return StepTimes(1e-9 * nanoseconds, shown)
+    return StepTimes(np.asarray(1e-9 * nanoseconds, np.float64), shown)
 
 
 def _arguments(kernel: Kernel[..., Any], part: Part, arrays: dict[str, Any]) -> np.ndarray[Any, np.dtype[np.int64]]:
