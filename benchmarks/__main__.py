@@ -7,7 +7,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from benchmarks import launches, predictive, processes, qp, results, steps, yardstick
+from benchmarks import damping, launches, predictive, processes, qp, results, steps, yardstick
 
 
 def main() -> None:
@@ -29,6 +29,8 @@ def main() -> None:
         figures += qp.measure(Path(folder))
         _say("measuring: predictive controllers")
         figures += predictive.measure()
+        _say("measuring: damping of a hybrid")
+        figures += damping.measure()
         _say("measuring: whole processes")
         figures += processes.measure()
     results.save(figures)

@@ -8,7 +8,7 @@ and one column per number; `_Future` builds them.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -107,6 +107,11 @@ def _observer(model: DrivelineModel, noise: tuple[float, float, float], euler: b
     return design_driveline_observer(model, PERIOD, noise, euler=euler)[0]
 
 
+@cache
+def _difference(model: DrivelineModel, euler: bool) -> tuple[Floats, Floats]:
+    return model.difference(PERIOD, euler=euler)
+
+
 def _programme(gear: RecordArray, future: _Future, moves: int, weights: tuple[float, float, float]) -> None:
     """Write the programme in the moves z, in units of TORQUE_SCALE: the motor gives feed forward + z."""
     q, r, rho = weights
@@ -145,17 +150,17 @@ class _Future:
     shape_engine: bool
     euler: bool
 
-    @property
+    @cached_property
     def response(self) -> Floats:
         """Torsional speed after each step per torque of the motor in each, rad/s per N m, shape (horizon, horizon)."""
         return self._responses[1]
 
-    @property
+    @cached_property
     def feed_forward(self) -> Floats:
         """Torque of the motor that the shaped torque needs in each step, shape (horizon, PAST)."""
         return self._references[0]
 
-    @property
+    @cached_property
     def error(self) -> Floats:
         """Torsional speed less what is wanted, after each step, with the feed forward alone, (horizon, PAST)."""
         engine, _ = self._responses
@@ -164,24 +169,24 @@ class _Future:
         free[:, :STATES] = self._free
         return free + engine @ request + self.response @ feed_forward - wanted
 
-    @property
+    @cached_property
     def _free(self) -> Floats:
-        a, _ = self.model.difference(PERIOD, euler=self.euler)
+        a, _ = _difference(self.model, self.euler)
         rows = [self.model.output]
         for _ in range(self.horizon):
             rows.append(rows[-1] @ a)
         return np.array(rows[1:])
 
-    @property
+    @cached_property
     def _responses(self) -> tuple[Floats, Floats]:
         """Torsional speed after each step per request of engine and motor in each, both (horizon, horizon)."""
-        _, b = self.model.difference(PERIOD, euler=self.euler)
+        _, b = _difference(self.model, self.euler)
         impulse = np.vstack([self.model.output, self._free[:-1]]) @ b
         lower = np.subtract.outer(np.arange(self.horizon), np.arange(self.horizon))
         engine, motor = (np.where(lower >= 0, impulse[np.abs(lower), n], 0.0) for n in range(2))
         return engine, motor
 
-    @property
+    @cached_property
     def _references(self) -> tuple[Floats, Floats, Floats]:
         """Feed forward of the motor, torsional speed that is wanted, and request of the engine, by step."""
         unit = np.eye(PAST)
