@@ -75,7 +75,7 @@ class Steps:
 
 
 def _ways(lanes: Iterable[DampingProgramme]) -> dict[str, Callable[[], Floats]]:
-    """Return what solves all programmes, which share Hessian and rows, by calls from Python; each returns first moves."""
+    """Return what solves all programmes, of one Hessian and one set of rows, by calls from Python, into first moves."""
     given = list(lanes)
     hessian, _, rows, _, _ = programme_of(given[0].matrices, given[0].data)
     changing = [(f, low, high) for _, f, _, low, high in (programme_of(one.matrices, one.data) for one in given)]
