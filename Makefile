@@ -46,6 +46,7 @@ slow: $(STAMP)
 	$(BIN)/python -m pytest -m slow
 
 benchmark: $(STAMP)
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[benchmark]'
 	$(BIN)/python -m benchmarks
 
 clean:

@@ -20,6 +20,7 @@ from scipy import sparse
 from tests.controllers.damping_programmes import DampingProgramme, programmes
 
 import bitepoint
+from benchmarks.damping_do_mpc import do_mpc_solver
 from benchmarks.launches import DisagreementError
 from benchmarks.results import Figure, cores
 from benchmarks.timing import side_by_side
@@ -35,6 +36,9 @@ from bitepoint.simulation.step_times import step_times
 SCENARIO = "p2-tip-in"
 EVERY = 6
 """Every how many-th programme is solved from Python."""
+
+WHOLE = 200
+"""Every how many-th step is solved by do-mpc."""
 
 FIRST_MOVE = 0.01
 """How far the first move of another solver may be from the kernel's, N m."""
@@ -154,6 +158,23 @@ def _steps() -> list[Figure]:
     ]
 
 
+def _whole_steps() -> list[Figure]:
+    """Return a step of the controller, called from Python, beside its programme by do-mpc; nothing without that."""
+    solve = do_mpc_solver(SCENARIO)
+    if solve is None:
+        return []
+    lanes = list(programmes(SCENARIO))[::WHOLE]
+    difference = max(abs(solve(one.past) - one.move) for one in lanes)
+    if difference > FIRST_MOVE:
+        raise DisagreementError(f"programmes of {SCENARIO}, do-mpc: first moves differ by {difference:.1e} N m")
+    steps = Steps()
+    ours = float(np.median(step_times(steps.part, steps.recording).seconds))
+    theirs = side_by_side({"do-mpc": lambda: [solve(one.past) for one in lanes]}, rounds=3).median("do-mpc") / len(
+        lanes
+    )
+    return [Figure("damping_step_vs_do_mpc", 1e6 * ours, "µs", ours / theirs, f"do-mpc: {1e3 * theirs:.3g} ms")]
+
+
 def _loops() -> list[Figure]:
     assembly = assemble(SCENARIO, {})
     simulation, duration = Simulation(assembly.system), assembly.system.duration
@@ -176,4 +197,4 @@ def _loops() -> list[Figure]:
 
 def measure() -> list[Figure]:
     """Return the figures of a step, of its programme, and of runs."""
-    return [*_steps(), *_solvers(), *_loops()]
+    return [*_steps(), *_solvers(), *_whole_steps(), *_loops()]

@@ -13,11 +13,12 @@ from bitepoint.controllers.damping_mpc_records import TORQUE_SCALE
 
 
 class DampingProgramme(NamedTuple):
-    """One step: the records of its programme, and the first move of its solution, N m."""
+    """One step: the records of its programme, its first move (N m), and what the future follows from."""
 
     matrices: np.void
     data: np.void
     move: float
+    past: np.ndarray
 
 
 def programmes(scenario: str, settings: Mapping[str, Any] | None = None) -> Iterator[DampingProgramme]:
@@ -37,4 +38,5 @@ def programmes(scenario: str, settings: Mapping[str, Any] | None = None) -> Iter
         if gear > 0:
             solution = memory[4]["solution"][0]
             matrices = part.parameters["gear"]["matrices"][0, gear - 1]
-            yield DampingProgramme(matrices, memory[4]["data"][0].copy(), TORQUE_SCALE * float(solution["x"][0]))
+            move, past = TORQUE_SCALE * float(solution["x"][0]), memory[4]["past"][0].copy()
+            yield DampingProgramme(matrices, memory[4]["data"][0].copy(), move, past)
