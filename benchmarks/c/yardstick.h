@@ -12,7 +12,7 @@ typedef struct { int64_t points; double x[32], y[32]; } Curve;
 
 typedef struct { double mass, wheel_radius, rolling_resistance, drag_coefficient, frontal_area; } Body;
 typedef struct {
-    double inertia, transient_loss, friction;
+    double inertia, transient_loss, friction, lag, torque_gain; /* no lag, a gain of 1: neither is used here */
     Curve full_load;
     double drag_constant, drag_slope;
     double filling_gain, filling_throttle_exponent, filling_speed, filling_speed_exponent, filling_speed_floor;
@@ -30,6 +30,7 @@ typedef struct {
     Body body;
     Engine engine;
     Clutch clutch;
+    double actuator[13]; /* switched off */
     Shaft damper;
     Gearbox gearbox;
     Shaft halfshaft;
