@@ -17,6 +17,11 @@ DesignOn = Callable[[RecordArray, RecordArray, ArxModel], RecordArray]
 """The same on a difference model that was identified; InputError where the controller cannot use it."""
 
 
+def only_defaults() -> Mapping[str, Mapping[str, Any]]:
+    """Return the calibrations of a controller that ships with one, all defaults."""
+    return {"default": {}}
+
+
 @dataclass(frozen=True)
 class Controller:
     """A controller: its records, two kernels over them, and how it is designed.

@@ -23,7 +23,6 @@ from typing import Any
 from bitepoint.controllers.controller import Controller
 from bitepoint.controllers.damping_mpc_design import PERIOD, design
 from bitepoint.controllers.damping_mpc_records import (
-    GEARS,
     MOVES,
     PAST,
     SOLVER,
@@ -42,6 +41,7 @@ from bitepoint.estimation.motor_delay import motor_delay_command, motor_delay_me
 from bitepoint.files import library_yaml
 from bitepoint.kernels import clamp, is_finite, kernel, to_index
 from bitepoint.numerics.qp_records import SOLVED
+from bitepoint.parts.amt import GEARS
 
 SLOWEST = 1.0
 """Vehicle speed that the slip is related to at least, m/s."""

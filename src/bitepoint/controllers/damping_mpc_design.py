@@ -14,7 +14,6 @@ import numpy as np
 
 from bitepoint.controllers.damping_mpc_records import (
     DISCRETISATIONS,
-    GEARS,
     PAST,
     SOLVER,
     TORQUE_SCALE,
@@ -25,6 +24,7 @@ from bitepoint.errors import InputError
 from bitepoint.estimation.driveline import STATES, design_driveline_observer
 from bitepoint.estimation.motor_delay import DELAYS
 from bitepoint.models.driveline import ENGINE_TORQUE, DrivelineModel
+from bitepoint.parts.amt import GEARS
 from bitepoint.recording import Floats
 from bitepoint.records import RecordArray
 

@@ -8,6 +8,7 @@ from bitepoint.controllers.torque_shaping import ShapedTorque
 from bitepoint.estimation.driveline import DrivelineEstimate, DrivelineObserver
 from bitepoint.estimation.motor_delay import MotorDelayState
 from bitepoint.numerics.qp import qp_solver
+from bitepoint.parts.amt import GEARS
 from bitepoint.records import FloatArray, Record, RecordElements, count, nested, quantity
 
 MOVES = 10
@@ -16,7 +17,6 @@ MOVES = 10
 ROWS = 2 * MOVES
 """Limits of the torque, and of its changes."""
 
-GEARS = 8
 PAST = 15
 """Numbers that the future follows from, see `damping_mpc_design`."""
 

@@ -23,9 +23,9 @@ from bitepoint.controllers.torque_shaping import ShapedTorque, shaping_reset, sh
 from bitepoint.files import library_yaml
 from bitepoint.kernels import clamp, is_finite, kernel, to_index
 from bitepoint.models.driveline import DrivelineModel
+from bitepoint.parts.amt import GEARS
 from bitepoint.records import FloatArray, Record, RecordArray, count, nested, quantity
 
-GEARS = 8
 PERIOD = 0.01
 
 

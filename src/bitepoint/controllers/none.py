@@ -5,10 +5,7 @@ What a launch is without feedback.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
-from bitepoint.controllers.controller import Controller
+from bitepoint.controllers.controller import Controller, only_defaults
 from bitepoint.kernels import clamp, is_finite, kernel
 from bitepoint.records import Record, RecordArray, nested, quantity
 
@@ -80,17 +77,12 @@ def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
     return parameters
 
 
-def calibrations() -> Mapping[str, Mapping[str, Any]]:
-    """Return the one calibration, all defaults."""
-    return {"default": {}}
-
-
 CONTROLLER = Controller(
     name="none",
     meaning="open loop: throttle as the pedal, clutch torque on a ramp",
     plants=("dct",),
     calibration=OpenLoopCalibration,
-    calibrations=calibrations,
+    calibrations=only_defaults,
     default_calibration="default",
     parameters=OpenLoopParameters,
     state=OpenLoopState,

@@ -14,19 +14,16 @@ braking. At a standstill the brake holds, and 1st gear is engaged.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
-from bitepoint.controllers.controller import Controller
+from bitepoint.controllers.controller import Controller, only_defaults
 from bitepoint.kernels import clamp, is_finite, kernel, to_index
+from bitepoint.parts.amt import GEARS
 from bitepoint.records import Record, RecordArray, count, nested, quantity
 from bitepoint.units import STANDARD_GRAVITY
 
 DRIVING, RELEASING, SHIFTING = range(3)
 PHASES = ("driving", "releasing", "shifting")
-GEARS = 8
 
 TARGET_FILTER = 0.1
 """Time constant of the rate of the speed to follow, s (chosen: a tenth of what a driver sees)."""
@@ -249,17 +246,12 @@ def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
     return parameters
 
 
-def calibrations() -> Mapping[str, Mapping[str, Any]]:
-    """Return the one calibration, all defaults."""
-    return {"default": {}}
-
-
 CONTROLLER = Controller(
     name="speed_driver",
     meaning="follows a speed with torque, brake and gears",
     plants=("p2_hybrid",),
     calibration=SpeedDriverCalibration,
-    calibrations=calibrations,
+    calibrations=only_defaults,
     default_calibration="default",
     parameters=SpeedDriverParameters,
     state=SpeedDriverState,

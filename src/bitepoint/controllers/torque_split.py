@@ -10,10 +10,7 @@ to let it go, the other way round. While the gearbox shifts the clutch is open.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
-from bitepoint.controllers.controller import Controller
+from bitepoint.controllers.controller import Controller, only_defaults
 from bitepoint.kernels import clamp, is_finite, kernel
 from bitepoint.records import Record, RecordArray, count, nested, quantity
 
@@ -183,17 +180,12 @@ def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
     return parameters
 
 
-def calibrations() -> Mapping[str, Mapping[str, Any]]:
-    """Return the one calibration, all defaults."""
-    return {"default": {}}
-
-
 CONTROLLER = Controller(
     name="torque_split",
     meaning="splits the driver's torque between engine and motor by mode",
     plants=("p2_hybrid",),
     calibration=TorqueSplitCalibration,
-    calibrations=calibrations,
+    calibrations=only_defaults,
     default_calibration="default",
     parameters=TorqueSplitParameters,
     state=TorqueSplitState,

@@ -5,10 +5,7 @@ A limit of the engine's rate, the simplest remedy, can be set.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
-from bitepoint.controllers.controller import Controller
+from bitepoint.controllers.controller import Controller, only_defaults
 from bitepoint.kernels import clamp, is_finite, kernel
 from bitepoint.records import Record, RecordArray, nested, quantity
 
@@ -79,17 +76,12 @@ def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
     return parameters
 
 
-def calibrations() -> Mapping[str, Mapping[str, Any]]:
-    """Return the one calibration, all defaults."""
-    return {"default": {}}
-
-
 CONTROLLER = Controller(
     name="none",
     meaning="no damping: engine and motor give their shares",
     plants=("p2_hybrid",),
     calibration=UndampedCalibration,
-    calibrations=calibrations,
+    calibrations=only_defaults,
     default_calibration="default",
     parameters=UndampedParameters,
     state=UndampedState,

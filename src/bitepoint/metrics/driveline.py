@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from bitepoint.metrics.jerk import JERK_SAMPLING, jerk
+from bitepoint.metrics.jerk import jerk, raw_jerk
 from bitepoint.metrics.metric import Metric, Metrics, energy_residual, existing
 from bitepoint.metrics.speed_trace import speed_error_rms, within_tolerance
 from bitepoint.recording import Floats, Recording
@@ -92,10 +92,10 @@ def _values(recording: Recording) -> dict[str, float | None]:
         ("tyre_slip_peak", "tyre_slip"),
     ):
         values[name] = float(np.abs(recording[channel]).max()) if channel in recording else None
-    smooth = jerk(recording, end)
+    smooth, raw = jerk(recording, end), raw_jerk(recording, end)
     values["jerk_peak"] = float(np.abs(smooth).max()) if smooth.size else None
     values["mean_absolute_jerk"] = float(np.abs(smooth).mean()) if smooth.size else None
-    values["jerk_peak_raw"] = _raw_jerk_peak(recording)
+    values["jerk_peak_raw"] = float(np.abs(raw).max()) if raw.size else None
     speed = recording["vehicle_speed"]
     values["mean_acceleration"] = float(speed[-1] - speed[0]) / (end - float(time[0])) if end > time[0] else None
     values["correction_torque_rms"] = None
@@ -107,14 +107,6 @@ def _values(recording: Recording) -> dict[str, float | None]:
         values[name] = float(recording[channel][-1] - recording[channel][0]) if channel in recording else None
     values["torque_response_time"] = torque_response_time(recording)
     return values
-
-
-def _raw_jerk_peak(recording: Recording) -> float | None:
-    """Return the largest magnitude of the speed at 100 Hz, differenced twice and not filtered, m/s^3."""
-    start, end = float(recording.time[0]), float(recording.time[-1])
-    raster = start + np.arange(int((end - start) * JERK_SAMPLING + 1e-6) + 1) / JERK_SAMPLING
-    differences = np.diff(np.interp(raster, recording.time, recording["vehicle_speed"]), 2) * JERK_SAMPLING**2
-    return float(np.abs(differences).max()) if differences.size else None
 
 
 def torque_response_time(recording: Recording) -> float | None:

@@ -9,16 +9,19 @@ from __future__ import annotations
 from bitepoint.kernels import clamp, kernel
 from bitepoint.records import FloatArray, Record, count, quantity
 
+GEARS = 8
+"""Most gears."""
+
 
 class AutomatedGearbox(Record):
     """A gearbox with final drive, one gear at a time."""
 
     ratios: FloatArray = quantity(
-        "1", 0, 50, "gear ratios, 1st first; 0 where there is no gear", shape=(8,), padded=True
+        "1", 0, 50, "gear ratios, 1st first; 0 where there is no gear", shape=(GEARS,), padded=True
     )
     final_drive: float = quantity("1", 0.5, 50, "ratio of the final drive")
     efficiency: float = quantity("1", 0.5, 1, "share of the power that passes, in either direction", default=1.0)
-    gear: int = count(1, 8, "gear that is engaged at the start", default=1)
+    gear: int = count(1, GEARS, "gear that is engaged at the start", default=1)
     shift_time: float = quantity("s", 0, 5, "shortest time in neutral", default=0.25)
     synchroniser_torque: float = quantity("N*m", 1, 1000, "of the synchroniser, at the input shaft", default=60.0)
 
@@ -39,7 +42,7 @@ FRICTION_FADE_SPEED = 0.5
 @kernel
 def gear_ratio(g: AutomatedGearbox, gear: int) -> float:
     """Return input speed over wheel speed in a gear, 1..8; below LEAST_RATIO there is none."""
-    return g.ratios[max(min(gear, 8), 1) - 1] * g.final_drive
+    return g.ratios[max(min(gear, GEARS), 1) - 1] * g.final_drive
 
 
 @kernel

@@ -53,6 +53,11 @@ class DampingBound:
     motor_torque: Floats
 
     @property
+    def motor_time(self) -> Floats:
+        """Time from which on each torque of the motor is commanded, s."""
+        return np.asarray(PERIOD * np.arange(len(self.motor_torque)), np.float64)
+
+    @property
     def reduction(self) -> float:
         """Share of the undamped peak that can be taken away."""
         return 1.0 - self.peak / self.undamped

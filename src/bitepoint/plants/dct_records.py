@@ -8,15 +8,8 @@ from bitepoint.parts.clutch_actuator import ClutchActuator
 from bitepoint.parts.engine import Engine
 from bitepoint.parts.gears import Gearbox
 from bitepoint.parts.shaft import Shaft
+from bitepoint.plants.solver import Solver
 from bitepoint.records import Record, count, nested, quantity
-
-
-class Solver(Record):
-    """How the plant is integrated."""
-
-    substep: float = quantity(
-        "s", 1e-6, 0.002, "longest step of the Runge-Kutta rule; shorter where the driveline needs it", default=0.0005
-    )
 
 
 class DctParameters(Record):

@@ -11,6 +11,7 @@ from bitepoint.parts.separating_clutch import SeparatingClutch
 from bitepoint.parts.shaft import Shaft
 from bitepoint.parts.torque_engine import TorqueEngine
 from bitepoint.parts.tyre import Tyre, TyreRoad
+from bitepoint.plants.solver import Solver
 from bitepoint.records import Record, count, nested, quantity
 
 
@@ -20,14 +21,6 @@ class Start(Record):
     speed: float = quantity("m/s", 0, 100, "speed of the vehicle; above 0 the clutch is closed", default=0.0)
     engine_torque: float = quantity("N*m", -500, 5000, "that clutch and half-shafts are wound up by", default=0.0)
     engine_running: int = count(0, 1, "at a standstill: 1 the engine idles, 0 it stands", default=1)
-
-
-class P2Solver(Record):
-    """How the plant is integrated."""
-
-    substep: float = quantity(
-        "s", 1e-6, 0.002, "longest step of the Runge-Kutta rule; shorter where the plant needs it", default=0.0005
-    )
 
 
 class P2Parameters(Record):
@@ -43,7 +36,7 @@ class P2Parameters(Record):
     brake: Brake = nested(Brake, "the service brake")
     road: TyreRoad = nested(TyreRoad, "the road")
     start: Start = nested(Start, "how the run starts")
-    solver: P2Solver = nested(P2Solver, "the integration")
+    solver: Solver = nested(Solver, "the integration")
 
 
 class P2Motion(Record):

@@ -33,6 +33,8 @@ class Optimum(Protocol):
     @property
     def torsional_speed(self) -> Floats: ...  # noqa: D102
     @property
+    def motor_time(self) -> Floats: ...  # noqa: D102
+    @property
     def motor_torque(self) -> Floats: ...  # noqa: D102
 
 
@@ -64,12 +66,16 @@ def bound_figure(bounds: Mapping[float, Optimum]) -> Any:
     for n, (limit, best) in enumerate(bounds.items()):
         line = {"color": _COLOURS[n % len(_COLOURS)], "width": 1.6}
         name = f"{limit:g} N m"
-        period = best.time[-1] / len(best.time) * (len(best.time) / (2 * len(best.motor_torque)))
         held = {**line, "shape": "hv"}
-        time = [k * period for k in range(len(best.motor_torque))]
         swing = go.Scatter(x=best.time, y=best.torsional_speed, name=name, mode="lines", line=line, legendgroup=name)
         torque = go.Scatter(
-            x=time, y=best.motor_torque, name=name, mode="lines", line=held, legendgroup=name, showlegend=False
+            x=best.motor_time,
+            y=best.motor_torque,
+            name=name,
+            mode="lines",
+            line=held,
+            legendgroup=name,
+            showlegend=False,
         )
         figure.add_trace(swing, row=1, col=1)
         figure.add_trace(torque, row=2, col=1)

@@ -1,22 +1,21 @@
 """How long a controller takes: each of its steps in a run again, on the measurements that it had, by the clock.
 
 A wall time is not reproducible, so it is taken after the run, for itself, and never in a batch. What is measured is a
-call of the compiled step from Python, by ctypes with prepared addresses; nothing is subtracted. An empty call takes a
-few tenths of a microsecond.
+call of the compiled step from Python, by ctypes with prepared addresses; nothing is subtracted.
 """
 
 from __future__ import annotations
 
 import time
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from bitepoint.kernels import Kernel, Life
+from bitepoint.kernels import Life
 from bitepoint.kernels.interpreted import raise_pending
-from bitepoint.kernels.kernel import ENTRY, addresses_of
+from bitepoint.kernels.kernel import ENTRY
 from bitepoint.recording import Floats, Recording
-from bitepoint.simulation.system import Part, argument_types
+from bitepoint.simulation.system import Part, argument_addresses, argument_types
 
 
 class StepTimes(NamedTuple):
@@ -42,7 +41,7 @@ def step_times(part: Part, recording: Recording, life: Life = "compiled") -> Ste
     arrays = {**memory, "parameters": part.parameters[:1], "period": np.array([part.period])}
     arrays["status"] = np.zeros(1, np.int64)
     inputs[:] = table[0]
-    first, each = (_arguments(kernel, part, arrays) for kernel in (part.init, part.step))
+    first, each = (argument_addresses(kernel, part, arrays) for kernel in (part.init, part.step))
     zeros = np.zeros(len(each) + 1, np.int64)  # one lane
     ENTRY(part.init.entry(life))(first.ctypes.data, zeros.ctypes.data, 1)
     step, call = ENTRY(part.step.entry(life)), (each.ctypes.data, zeros.ctypes.data, 1)
@@ -56,9 +55,3 @@ def step_times(part: Part, recording: Recording, life: Life = "compiled") -> Ste
         shown[row] = outputs
     raise_pending()
     return StepTimes(np.asarray(1e-9 * nanoseconds, np.float64), shown)
-
-
-def _arguments(kernel: Kernel[..., Any], part: Part, arrays: dict[str, Any]) -> np.ndarray[Any, np.dtype[np.int64]]:
-    roles = argument_types(part)
-    found = [arrays["period" if each.record is None else roles[each.record]] for each in kernel.parameters]
-    return addresses_of([*found, arrays["status"]] if kernel.result != "none" else found)

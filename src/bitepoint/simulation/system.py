@@ -6,9 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from bitepoint.errors import InputError, WiringError
 from bitepoint.kernels import Kernel
 from bitepoint.kernels.compiled import is_compiled
+from bitepoint.kernels.kernel import addresses_of
 from bitepoint.kernels.subset import check
 from bitepoint.recording import Channel, Floats
 from bitepoint.records import Field, Record, RecordArray
@@ -237,3 +240,16 @@ def argument_types(part: Part) -> dict[type[Record], str]:
     if part.work is not None:
         roles[part.work] = "work"
     return roles
+
+
+def argument_addresses(
+    kernel: Kernel[..., Any], part: Part, arrays: Mapping[str, RecordArray]
+) -> np.ndarray[Any, np.dtype[np.int64]]:
+    """Return the addresses of what init or step of a part takes, and of its status, as an entry wants them.
+
+    Args:
+        arrays: one record for each role of `argument_types`, and one number each for "period" and "status".
+    """
+    roles = argument_types(part)
+    found = [arrays["period" if each.record is None else roles[each.record]] for each in kernel.parameters]
+    return addresses_of([*found, arrays["status"]] if kernel.result != "none" else found)

@@ -11,9 +11,9 @@ import numpy as np
 from bitepoint.kernels import Kernel
 from bitepoint.kernels.c99 import FLOAT64, Precision
 from bitepoint.kernels.interpreted import raise_pending
-from bitepoint.kernels.kernel import ENTRY, Life, addresses_of
+from bitepoint.kernels.kernel import ENTRY, Life
 from bitepoint.records import RecordArray
-from bitepoint.simulation.system import Part, argument_types
+from bitepoint.simulation.system import Part, argument_addresses, argument_types
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -139,9 +139,5 @@ class Driver:
 
     def arguments(self, kernel: Kernel[..., Any]) -> np.ndarray[Any, Any]:
         """Return the addresses of what a kernel of the part takes, and of its status."""
-        arrays = {"parameters": self.parameters, **self.memory}
-        found = [
-            self.period if parameter.record is None else arrays[self.roles[parameter.record]]
-            for parameter in kernel.parameters
-        ]
-        return addresses_of([*found, self.status] if kernel.result != "none" else found)
+        arrays = {**self.memory, "parameters": self.parameters, "period": self.period, "status": self.status}
+        return argument_addresses(kernel, self.part, arrays)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
+from bitepoint.report.sweep_columns import cell
 from bitepoint.studies.sweep.table import names
 from bitepoint.units import display
 
@@ -39,7 +40,7 @@ def lines(found: SweepResult) -> Iterator[str]:
 
 def _table(rows: Any, columns: Sequence[str], stars: frozenset[int]) -> Iterator[str]:
     units = [display(rows.schema.field(name).metadata[b"unit"].decode()) for name in columns]
-    cells = [[_cell(value) for value in rows[name].to_pylist()] for name in columns]
+    cells = [[cell(value) for value in rows[name].to_pylist()] for name in columns]
     cells[0] = [f"{number}{'*' if int(number) in stars else ' '}" for number in cells[0]]
     widths = [max(map(len, (name, unit, *column))) for name, unit, column in zip(columns, units, cells, strict=True)]
     for line in (columns, units, *zip(*cells, strict=True)):
@@ -48,11 +49,3 @@ def _table(rows: Any, columns: Sequence[str], stars: frozenset[int]) -> Iterator
 
 def _aligned(cells: Sequence[str], widths: Sequence[int]) -> str:
     return "  ".join(f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=True)).rstrip()
-
-
-def _cell(value: Any) -> str:
-    if value is None:
-        return "–"
-    if not isinstance(value, float):
-        return str(value)
-    return f"{value:.0f}" if 1e4 <= abs(value) < 1e9 else f"{value:.4g}"
