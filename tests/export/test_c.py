@@ -280,6 +280,11 @@ def test_command_line(bitepoint: Command, tmp_path: Path) -> None:
     assert json.loads(done.out)["precision"] == "float32"
 
 
+def test_the_vehicle_tells_which_controller_of_a_name_is_meant() -> None:
+    assert find_subject(Options("none")).part.name == "none"
+    assert find_subject(Options("none", vehicle="p2-suv")).part.name == "undamped"
+
+
 def test_a_process_leaves_nothing_but_the_folder(tmp_path: Path) -> None:
     (tmp_path / "scratch").mkdir()
     command = [sys.executable, "-m", "bitepoint", "export", "c", "none", "--out", str(tmp_path / "out" / "none")]

@@ -60,6 +60,7 @@ def find_subject(options: Options) -> Subject:
     Raises:
         InputError: an unknown name, vehicle or setting.
     """
+    options = _for_its_plant(options)
     blocks = {**CONTROLLERS, **SUPERVISORS, **ADVISERS}
     controller = blocks.get(options.name)
     if controller is None and options.name not in PLANTS:
@@ -89,6 +90,15 @@ def find_subject(options: Options) -> Subject:
         return Subject(first.system.plant, f"plant {options.name}", origin, loops)
     part = next(part for part in first.system.controllers if part.name == controller.name)
     return Subject(replace(part, name=options.name), controller.meaning, origin, loops)
+
+
+def _for_its_plant(options: Options) -> Options:
+    """Return the options with the controller of that name that fits the vehicle: each plant has its own `none`."""
+    if options.vehicle is None or options.name not in CONTROLLERS:
+        return options
+    kind = load_vehicle(options.vehicle).plant
+    fitting = [key for key, each in CONTROLLERS.items() if each.name == options.name and kind in each.plants]
+    return replace(options, name=fitting[0]) if fitting else options
 
 
 def _as_controller(name: str, block: Controller, settings: Mapping[str, Any]) -> dict[str, Any]:
