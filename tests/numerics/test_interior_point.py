@@ -21,7 +21,7 @@ FIRST_MOVE = 0.01
 def test_the_first_move_is_that_of_the_kernel_over_a_whole_run(settings: dict[str, str], limited: int) -> None:
     pytest.importorskip("piqp", reason="PIQP is not installed: pip install 'bitepoint[interior]'")
     steps, active = 0, 0
-    for matrices, data, move in programmes("p2-tip-step", settings):
+    for matrices, data, move, _ in programmes("p2-tip-step", settings):
         answer = solve_interior(matrices, data)
         assert answer.status == SOLVED
         assert abs(TORQUE_SCALE * answer.x[0] - move) <= FIRST_MOVE
