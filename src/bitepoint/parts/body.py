@@ -19,6 +19,12 @@ class Body(Record):
     frontal_area: float = quantity("m^2", 0, 20, "frontal area")
 
 
+class Wheels(Record):
+    """Wheels that roll without slip."""
+
+    inertia: float = quantity("kg*m^2", 0, 1000, "of all wheels and what turns with them")
+
+
 class Road(Record):
     """The road and the air over it."""
 
