@@ -23,6 +23,7 @@ from typing import Any
 from bitepoint.controllers.controller import Controller
 from bitepoint.controllers.damping_mpc_design import PERIOD, design
 from bitepoint.controllers.damping_mpc_records import (
+    ASKED,
     MOVES,
     PAST,
     SOLVER,
@@ -41,6 +42,7 @@ from bitepoint.estimation.motor_delay import motor_delay_command, motor_delay_me
 from bitepoint.files import library_yaml
 from bitepoint.kernels import clamp, is_finite, kernel, to_index
 from bitepoint.numerics.qp_records import SOLVED
+from bitepoint.numerics.unrolling import unrolled
 from bitepoint.parts.amt import GEARS
 
 SLOWEST = 1.0
@@ -90,7 +92,7 @@ def look_ahead(g: DampingGear, s: DampingMpcState, m: DampingMpcMeasurement, w: 
 
 
 @kernel
-def state_programme(p: DampingMpcParameters, g: DampingGear, s: DampingMpcState, w: DampingMpcWork, dt: float) -> None:
+def _state_programme(p: DampingMpcParameters, g: DampingGear, s: DampingMpcState, w: DampingMpcWork, dt: float) -> None:
     """Write the programme of this step.
 
     A torque beyond the limit, which has just fallen, comes back at the rate limit.
@@ -100,10 +102,11 @@ def state_programme(p: DampingMpcParameters, g: DampingGear, s: DampingMpcState,
     for j in range(MOVES):
         if j < p.moves:
             gradient = 0.0
-            needed = 0.0
             for n in range(PAST):
                 gradient += g.gradient[j, n] * w.past[n]
-                needed += g.feed_forward[j, n] * w.past[n]
+            needed = 0.0
+            for n in range(ASKED):
+                needed += g.feed_forward[j, n] * w.past[n + 5]
             w.feed_forward[j] = needed
             w.data.gradient[j] = gradient
             steps = j + 1
@@ -114,6 +117,11 @@ def state_programme(p: DampingMpcParameters, g: DampingGear, s: DampingMpcState,
             w.data.low[row] = (-change + before - needed) / TORQUE_SCALE
             w.data.high[row] = (change + before - needed) / TORQUE_SCALE
             before = needed
+
+
+state_programme = unrolled(
+    unrolled(_state_programme, "state_programme", {}, "PAST", PAST), "state_programme", {}, "ASKED", ASKED
+)
 
 
 @kernel

@@ -124,7 +124,7 @@ def _programme(gear: RecordArray, future: _Future, moves: int, weights: tuple[fl
     scaled = TORQUE_SCALE * response
     first = change @ future.feed_forward[:moves]  # changes of the torque, should all moves be 0
     first[0, MOTOR_COMMAND] -= 1.0
-    gear["feed_forward"][0, :moves] = future.feed_forward[:moves]
+    gear["feed_forward"][0, :moves] = future.feed_forward[:moves, ENGINE_TORQUE:MOTOR_COMMAND]
     gear["gradient"][0, :moves] = q * scaled.T @ error + r * unit / TORQUE_SCALE * change.T @ first
     hessian = q * scaled.T @ scaled + unit * (r * change.T @ change + rho * np.diag(held))
     matrices = gear["matrices"]

@@ -20,6 +20,9 @@ ROWS = 2 * MOVES
 PAST = 15
 """Numbers that the future follows from, see `damping_mpc_design`."""
 
+ASKED = 9
+"""Of these, the ones from the engine's torque to its request: what is asked for follows from them alone."""
+
 TORQUE_SCALE = 100.0
 """Unit of the moves in the programme, N m."""
 
@@ -73,8 +76,8 @@ class DampingGear(Record):
         "1", -1e12, 1e12, "gradient of the programme per number of the past", shape=(MOVES, PAST)
     )
     feed_forward: FloatArray = quantity(
-        "1", -1e12, 1e12, "torque of the motor that the shaped request needs, per number of the past",
-        shape=(MOVES, PAST),
+        "1", -1e12, 1e12, "torque of the motor that the shaped request needs, per number of the past from the 6th on",
+        shape=(MOVES, ASKED),
     )  # fmt: skip
     ratio: float = quantity("1", 0, 2500, "motor speed over wheel speed")
     clutch_twist: float = quantity("rad/(N*m)", 0, 1e3, "twist of the clutch per torque of the engine")

@@ -19,9 +19,13 @@ from bitepoint.models.driveline import (
     WHEEL_SPEED,
     DrivelineModel,
 )
+from bitepoint.numerics.unrolling import unrolled
 from bitepoint.records import FloatArray, Record, RecordArray, quantity
 
 STATES = 8
+TWISTING = 5
+"""Of the states, the first are speeds and twists."""
+
 MOST = 1e9
 
 PROCESS_NOISE = np.array([0.5, 0.01, 0.5, 0.01, 0.1, 5.0, 2.0, 20.0])
@@ -43,17 +47,25 @@ class DrivelineEstimate(Record):
 
 
 @kernel
-def driveline_predict(
+def _predict(
     p: DrivelineObserver, s: DrivelineEstimate, w: DrivelineEstimate, engine_request: float, motor_request: float
 ) -> None:
-    """Move the estimate on by one period in which these torques, N m, were asked for; `w` is scratch."""
-    for i in range(STATES):
+    """Move the estimate on by one period in which these torques, N m, were asked for; `w` is scratch.
+
+    Speeds and twists follow from everything; each torque follows its request alone, and the load stays as it is.
+    """
+    for i in range(TWISTING):
         total = p.effect[i, 0] * engine_request + p.effect[i, 1] * motor_request
         for j in range(STATES):
             total += p.transition[i, j] * s.x[j]
         w.x[i] = total
-    for i in range(STATES):
+    for i in range(TWISTING):
         s.x[i] = w.x[i]
+    s.x[5] = p.effect[5, 0] * engine_request + p.transition[5, 5] * s.x[5]
+    s.x[6] = p.effect[6, 1] * motor_request + p.transition[6, 6] * s.x[6]
+
+
+driveline_predict = unrolled(_predict, "driveline_predict", {}, "STATES", STATES)
 
 
 @kernel

@@ -27,9 +27,11 @@ def qp_begin(m: QpMatrices, d: QpData, w: QpWork) -> int:
     w.members = 0
     w.watched = 0
     w.size = 0.0
-    for k in range(VARIABLES):
+    for j in range(VARIABLES):
+        w.point[j] = 0.0
+    for k in range(m.variables):
         total = 0.0
-        for j in range(min(k + 1, m.variables)):
+        for j in range(k + 1):
             total -= m.inverse_factor[k, j] * d.gradient[j]
         w.point[k] = total
         w.size += abs(total)

@@ -71,7 +71,7 @@ class _Unroller(ast.NodeTransformer):
 
 
 class _Exchange(ast.NodeTransformer):
-    """Exchanges a name for a number."""
+    """Exchanges a name for a number, and a sum of two numbers, as in a place of an array, for theirs."""
 
     def __init__(self, name: str, number: int) -> None:
         self.name = name
@@ -80,3 +80,12 @@ class _Exchange(ast.NodeTransformer):
     def visit_Name(self, node: ast.Name) -> ast.AST:
         """Return the number in place of the name."""
         return ast.Constant(self.number) if node.id == self.name else node
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        """Return the sum in place of two numbers."""
+        self.generic_visit(node)
+        match node:
+            case ast.BinOp(ast.Constant(int(left)), ast.Add(), ast.Constant(int(right))):
+                return ast.Constant(left + right)
+            case _:
+                return node
