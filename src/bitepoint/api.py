@@ -19,10 +19,14 @@ import numpy.typing as npt
 from bitepoint.assembly import Assembly, Lanes, assemble, bound_ratio, solve_times
 from bitepoint.cache import write_atomically
 from bitepoint.errors import InputError, brief
+from bitepoint.identification import fuel
+from bitepoint.identification.fuel import FuelIdentified, LogOptions
 from bitepoint.identification.identify import Identified, Options, identify_launch
 from bitepoint.identification.logs import LEAST_ROWS, slip_log
 from bitepoint.kernels import Life
 from bitepoint.metrics import Metric, Metrics, excitation_set
+from bitepoint.models.arx import ArxModel
+from bitepoint.models.fuel_model import FuelModel
 from bitepoint.parts.gears import overall_ratio
 from bitepoint.recording import Floats, Recording
 from bitepoint.scenarios import load_scenario
@@ -119,22 +123,18 @@ class Identification(Identified):
         """
         from bitepoint.report.identification import identification_page
 
-        if report is None and model is not None:
-            report = Path(model).with_suffix(".html")
-        paths = [Path(path) for path in (model, report) if path is not None]
-        for path in paths:
-            if not path.parent.is_dir() or path.is_dir():
-                raise InputError(str(path), "cannot be written", "expected a file in a folder that exists")
-        if len(set(paths)) < len(paths):
-            raise InputError(str(model), "is model and report", "expected a model that ends in .json")
-        if report is not None:
-            try:
-                write_atomically(Path(report), identification_page(self).encode(errors="backslashreplace"))
-            except OSError as error:
-                raise InputError(str(report), f"cannot be written ({error.strerror})", "choose another place") from None
-        if model is not None:
-            self.model.save(model)
-        return paths
+        return _save(self.model, model, report, lambda: identification_page(self))
+
+
+@dataclass(frozen=True)
+class FuelIdentification(FuelIdentified):
+    """An identified fuel model with its errors, warnings and runs."""
+
+    def save(self, model: str | Path | None = None, report: str | Path | None = None) -> list[Path]:
+        """Write the model file and the report, as `Identification.save` does."""
+        from bitepoint.report.fuel import fuel_page
+
+        return _save(self.model, model, report, lambda: fuel_page(self))
 
 
 @dataclass(frozen=True)
@@ -322,6 +322,59 @@ def identify(
     return Identification(**{each.name: getattr(found, each.name) for each in fields(found)})
 
 
+def identify_fuel(
+    files: str | Path | Sequence[str | Path],
+    *,
+    validate: str | Path | Sequence[str | Path] = (),
+    columns: Mapping[str, str] | None = None,
+    delays: Mapping[str, str | float] | None = None,
+    dbc: str | Path | Sequence[str | Path] = (),
+    period: str | float | None = None,
+    density: str | float | None = None,
+    vehicle: str | Path | None = None,
+) -> FuelIdentification:
+    """Identify the fuel of a vehicle from logs of a drive.
+
+    Args:
+        files, validate, columns, delays, dbc, period: as in `identify`; without a period it is one second.
+        density: of the fuel, where logs hold its volume; None: 0.743 g/mL.
+        vehicle: name or file of the vehicle, for a steady map and a correction; None: speed and acceleration only.
+
+    Raises:
+        InputError: whatever in files or options is not as it should be.
+    """
+    options = LogOptions(
+        columns or {},
+        {name: _time("--delay", f"{name}: ", value) for name, value in (delays or {}).items()},
+        tuple(map(Path, _several(dbc))),
+        None if period is None else _time("--period", "", period),
+        None if density is None else _quantity("--density", "", density, "kg/m^3", "a density, such as 0.743 g/mL"),
+    )
+    found = fuel.identify_fuel(_several(files), _several(validate), options, None if vehicle is None else str(vehicle))
+    return FuelIdentification(**{each.name: getattr(found, each.name) for each in fields(found)})
+
+
+def _save(
+    found: ArxModel | FuelModel, model: str | Path | None, report: str | Path | None, page: Callable[[], str]
+) -> list[Path]:
+    if report is None and model is not None:
+        report = Path(model).with_suffix(".html")
+    paths = [Path(path) for path in (model, report) if path is not None]
+    for path in paths:
+        if not path.parent.is_dir() or path.is_dir():
+            raise InputError(str(path), "cannot be written", "expected a file in a folder that exists")
+    if len(set(paths)) < len(paths):
+        raise InputError(str(model), "is model and report", "expected a model that ends in .json")
+    if report is not None:
+        try:
+            write_atomically(Path(report), page().encode(errors="backslashreplace"))
+        except OSError as error:
+            raise InputError(str(report), f"cannot be written ({error.strerror})", "choose another place") from None
+    if model is not None:
+        found.save(model)
+    return paths
+
+
 def _several(paths: str | Path | Sequence[str | Path]) -> list[str | Path]:
     return [paths] if isinstance(paths, str | Path) else list(paths)
 
@@ -336,10 +389,14 @@ def _orders(orders: Sequence[int] | str) -> tuple[int, ...] | None:
 
 
 def _time(option: str, prefix: str, value: str | float) -> float:
+    return _quantity(option, prefix, value, "s", "a time, such as 20 ms")
+
+
+def _quantity(option: str, prefix: str, value: str | float, unit: str, expected: str) -> float:
     try:
-        return parse(value, "s")
+        return parse(value, unit)
     except UnitError as error:
-        raise InputError(option, f"{prefix}{error}", "expected a time, such as 20 ms") from None
+        raise InputError(option, f"{prefix}{error}", f"expected {expected}") from None
 
 
 def _metric_to_json(metric: Metric) -> dict[str, Any]:
@@ -373,4 +430,7 @@ def _result(assembly: Assembly, lane: LaneResult[Metrics], seed: int, life: Life
     return Result(assembly.scenario.name, lane.status, lane.reason, metrics, recording, family=family)
 
 
-__all__ = ["BatchResult", "Identification", "Metric", "Result", "identify", "run", "run_batch"]
+__all__ = [
+    "BatchResult", "FuelIdentification", "Identification", "Metric", "Result", "identify", "identify_fuel", "run",
+    "run_batch",
+]  # fmt: skip

@@ -138,7 +138,9 @@ def read_dataset(paths: Sequence[str | Path], request: Request, option: str = "i
     period, remarks = request.period, _Remarks()
     for path in log_files(paths, option):
         try:
-            signals = _signals(open_log(path, request.databases, request.columns.get("time")), request, warnings, volumes)
+            signals = _signals(
+                open_log(path, request.databases, request.columns.get("time")), request, warnings, volumes
+            )
             step = max(round(signals[0].step, 6), 1e-6) if period is None else period
             found = pieces(signals, step, str(path))
         except FileError as fault:

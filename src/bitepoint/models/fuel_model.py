@@ -57,9 +57,7 @@ def held_force(m: LongitudinalModel, road: Road, speed: float, acceleration: flo
 
 
 @kernel
-def ruled_gear(
-    m: LongitudinalModel, rule: GearRule, force: float, speed: float, acceleration: float
-) -> int:
+def ruled_gear(m: LongitudinalModel, rule: GearRule, force: float, speed: float, acceleration: float) -> int:
     """Return the highest gear that the rule allows, 1..8."""
     chosen = 1
     for gear in range(2, 9):

@@ -99,7 +99,7 @@ class FuelIdentified:
 
     def dropped(self) -> list[dict[str, Any]]:
         """Return the rows that the filter left out: file, time (s) in it, fuel (kg/s)."""
-        rows = np.flatnonzero(self.outliers)
+        rows: list[int] = np.flatnonzero(self.outliers).tolist()
         return [
             {
                 "file": Path(self.training[self.drive.run[row]].about["file"]).name,
@@ -135,7 +135,8 @@ def identify_fuel(
     tested = None if checked is None else joined(checked.runs, delay)
     tried = _tried(drive.rows(~outliers), tested, model)
     chosen = _chosen(tried)
-    warnings = [*data.warnings, *_warnings(data, checked, paths, validate, bins, drive, model is not None)]
+    warnings = [*data.warnings, *_on_outliers(drive, outliers, bins), *_on_logs(data, drive, model is not None)]
+    warnings += _on_validation(checked, paths, validate)
     about = _about(data, checked, options, vehicle, chosen, delay, int(outliers.sum()))
     validation = () if checked is None else checked.runs
     return FuelIdentified(
@@ -159,7 +160,7 @@ def _score(candidate: Candidate, drive: Drive, folds: Sequence[Rows]) -> tuple[f
         model = candidate.fit(rows)
         return lambda tested: modelled(model, tested)
 
-    scores = fold_scores(fit, drive, folds)
+    scores = fold_scores(fit, candidate.prepared(drive), folds)
     return float(scores.mean()), tuple(scores.tolist())
 
 
@@ -190,7 +191,7 @@ def _chosen(tried: Sequence[Tried]) -> Tried:
     chosen = max((each for each in tried if each.kind == "plain"), key=lambda each: each.score)
     for kind in ("steady", "steady and correction"):
         best = max((each for each in tried if each.kind == kind), key=lambda each: each.score, default=None)
-        if best is not None and best.score > chosen.score + (ENOUGH_GAIN if kind != "steady" else 0.0):
+        if best is not None and best.score > chosen.score + ENOUGH_GAIN:
             chosen = best
     return chosen
 
@@ -203,28 +204,37 @@ def errors_of(model: FuelModel, drive: Drive) -> FuelErrors:
     return FuelErrors(total, r_squared(drive.fuel, found), rms, len(drive))
 
 
-def _warnings(
-    data: Dataset, checked: Dataset | None, paths: Sequence[str | Path], validate: Sequence[str | Path],
-    bins: Sequence[Bin], drive: Drive, steady: bool,
-) -> list[str]:  # fmt: skip
-    """Return what is to be said of the logs."""
+def _on_outliers(drive: Drive, outliers: Rows, bins: Sequence[Bin]) -> list[str]:
+    """Return what is to be said of the filter."""
     said: list[str] = []
+    if outliers.any():
+        share = float(drive.fuel[outliers].sum()) / float(drive.fuel.sum())
+        said.append(f"outliers: {int(outliers.sum())} rows are left out, which hold {share:.1%} of the fuel")
     few = [each for each in bins if each.rows < ASKED]
     if few:
-        rows = sum(each.rows for each in few)
         said.append(
-            f"outliers: {len(few)} of {len(bins)} bins of specific power have fewer than {ASKED} rows, {rows} together:"
-            f" an outlier may pass there"
+            f"outliers: {len(few)} of {len(bins)} bins of specific power have fewer than {ASKED} rows, "
+            f"{sum(each.rows for each in few)} together: one may pass there"
         )
+    return said
+
+
+def _on_logs(data: Dataset, drive: Drive, steady: bool) -> list[str]:
+    """Return what is to be said of the training logs."""
+    said: list[str] = []
     if len(data.runs) < 2:
-        said.append("one run to train on: its own quarters stand for other drives in the choice of the model")
+        said.append("one run to train on: its quarters stand for other drives in the choice of the model")
     if drive.engine is not None and not steady:
         names = " and ".join(channel.name for channel in ENGINE)
         said.append(f"{names} are logged, and not used: a steady map needs --vehicle")
+    return said
+
+
+def _on_validation(checked: Dataset | None, paths: Sequence[str | Path], validate: Sequence[str | Path]) -> list[str]:
+    """Return what is to be said of the validation logs."""
     if checked is None:
-        said.append("no validation logs: the errors are those of training")
-        return said
-    said += [f"validation: {warning}" for warning in checked.warnings]
+        return ["no validation logs: the errors are those of training"]
+    said = [f"validation: {warning}" for warning in checked.warnings]
     both = set(map(Path.resolve, log_files(paths, ""))) & set(map(Path.resolve, log_files(validate, "")))
     if both:
         said.append(f"{len(both)} logs are in training and in validation: their errors say little")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,11 +30,17 @@ HIGHEST_LOADS = (0.5, 0.65, 0.8, 0.9)
 
 @dataclass(frozen=True)
 class Candidate:
-    """A model that is tried: kind is "plain", "steady", or "steady and correction"."""
+    """A model that is tried.
+
+    Attributes:
+        kind: "plain", "steady", or "steady and correction".
+        fit: from rows to the model; prepared: rows with what is the same for any fit, so that it is made once.
+    """
 
     kind: str
     name: str
     fit: Callable[[Drive], FuelModel]
+    prepared: Callable[[Drive], Drive] = lambda drive: drive
 
 
 def modelled(model: FuelModel, drive: Drive) -> Floats:
@@ -65,7 +71,9 @@ def steady_candidate(vehicle: RecordArray, rule: RecordArray) -> Candidate:
     """Return the steady model with a gear rule."""
     speed, load = float(rule["lowest_speed"][0]) * 30.0 / np.pi, float(rule["highest_load"][0])
     name = f"from {speed:.0f} r/min, to {load:.0%} load"
-    return Candidate("steady", name, lambda drive: _steady(vehicle, rule, drive))
+    return Candidate(
+        "steady", name, lambda drive: _steady(vehicle, rule, drive), lambda drive: _reconstructed(vehicle, rule, drive)
+    )
 
 
 def corrected_candidates(vehicle: RecordArray, rule: RecordArray) -> list[Candidate]:
@@ -79,14 +87,23 @@ def corrected_candidates(vehicle: RecordArray, rule: RecordArray) -> list[Candid
 
         return corrected
 
-    return [Candidate("steady and correction", family.name, fit(family)) for family in CORRECTIONS]
+    def prepared(drive: Drive) -> Drive:
+        return _reconstructed(vehicle, rule, drive)
+
+    return [Candidate("steady and correction", family.name, fit(family), prepared) for family in CORRECTIONS]
+
+
+def _reconstructed(vehicle: RecordArray, rule: RecordArray, drive: Drive) -> Drive:
+    """Return the rows with the engine, logged or by backward simulation."""
+    if drive.engine is not None:
+        return drive
+    _, speed, torque = backward(vehicle, rule, drive.speed, drive.acceleration, drive.grade)
+    return replace(drive, engine=(speed, torque))
 
 
 def _steady(vehicle: RecordArray, rule: RecordArray, drive: Drive) -> FuelModel:
-    engine = drive.engine
-    if engine is None:
-        _, speed, torque = backward(vehicle, rule, drive.speed, drive.acceleration, drive.grade)
-        engine = (speed, torque)
+    engine = _reconstructed(vehicle, rule, drive).engine
+    assert engine is not None
     coefficients = fit_willans(engine[0], engine[1], drive.fuel)
     return FuelModel(no_correction(drive), with_steady(vehicle, coefficients), rule)
 

@@ -88,18 +88,16 @@ def fit_plain(family: Family, drive: Drive) -> RecordArray:
 def fit_correction(family: Family, drive: Drive, steady: Floats) -> RecordArray:
     """Return the correction of a family beside a steady fuel, kg/s, shape (n,), with its medians.
 
-    Where the steady fuel is cut, nothing is fitted. The coefficients are pulled towards zero: see `RIDGE`.
+    The coefficients are pulled towards zero: see `RIDGE`.
     """
-    left, fires = drive.fuel - steady, steady > 0.0
-    low = drive.speed <= MEDIAN_SPEED
-    medians = [float(np.median(left[where & fires])) if (where & fires).any() else 0.0 for where in (low, ~low)]
+    left, low = drive.fuel - steady, drive.speed <= MEDIAN_SPEED
+    medians = [float(np.median(left[where])) if where.any() else 0.0 for where in (low, ~low)]
     left = left - np.where(low, *medians)
-    x = columns(family, drive.speed, drive.acceleration)[fires]
+    x = columns(family, drive.speed, drive.acceleration)
     scale = np.sqrt(np.mean(x**2, axis=0))
     scale[scale == 0.0] = 1.0
-    weight = np.sqrt(RIDGE * len(x)) * np.eye(x.shape[1])
-    stacked = np.vstack([x / scale, weight])
-    found = np.linalg.lstsq(stacked, np.concatenate([left[fires], np.zeros(x.shape[1])]), rcond=None)[0] / scale
+    x = x / scale
+    found = np.linalg.solve(x.T @ x + RIDGE * len(x) * np.eye(x.shape[1]), x.T @ left) / scale
     record = _record(family, found, drive)
     record["low_median"], record["high_median"] = medians
     return record

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from bitepoint.recording import Floats
@@ -10,7 +12,7 @@ MOST_ROUNDS = 60
 """Rounds after which the best coefficients so far are taken."""
 
 
-def clipped_least_squares(x: Floats, y: Floats, *, positive: bool = False) -> Floats:
+def clipped_least_squares(x: Floats, y: Floats, least: Floats | None = None) -> Floats:
     """Return the coefficients c that make max(0, x c) closest to y, shape (columns,).
 
     Rows at which the line is below zero do not pull on it; which ones these are is found by repetition. The result is
@@ -18,18 +20,20 @@ def clipped_least_squares(x: Floats, y: Floats, *, positive: bool = False) -> Fl
 
     Args:
         x: shape (n, columns); y: shape (n,), not below zero.
-        positive: no coefficient below zero.
+        least: lower bounds of the coefficients, shape (columns,); None: none.
     """
+    base = np.zeros(x.shape[1]) if least is None else least
     scale = np.sqrt(np.mean(x**2, axis=0))
     scale[scale == 0.0] = 1.0
     above = np.ones(len(y), bool)
-    best, least = np.zeros(x.shape[1]), np.inf
+    best, fewest = np.zeros(x.shape[1]), np.inf
     for _ in range(MOST_ROUNDS):
-        found = _solved(x[above] / scale, y[above], positive) / scale
+        left = y[above] - x[above] @ base
+        found = base + _solved(x[above] / scale, left, least is not None) / scale
         line = x @ found
         squares = float(np.sum((np.maximum(line, 0.0) - y) ** 2))
-        if squares < least:
-            best, least = found, squares
+        if squares < fewest:
+            best, fewest = found, squares
         if np.array_equal(line > 0.0, above) or not (line > 0.0).any():
             break
         above = line > 0.0
@@ -38,11 +42,11 @@ def clipped_least_squares(x: Floats, y: Floats, *, positive: bool = False) -> Fl
 
 def _solved(x: Floats, y: Floats, positive: bool) -> Floats:
     if not positive:
-        return np.linalg.lstsq(x, y, rcond=None)[0]
-    from scipy.optimize import nnls
+        return np.asarray(np.linalg.lstsq(x.T @ x, x.T @ y, rcond=None)[0], np.float64)
+    from scipy import optimize
 
-    coefficients: Floats = nnls(x, y)[0]
-    return coefficients
+    library: Any = optimize
+    return np.asarray(library.nnls(x, y)[0], np.float64)
 
 
 def r_squared(measured: Floats, modelled: Floats) -> float:
