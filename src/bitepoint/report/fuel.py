@@ -28,8 +28,8 @@ def fuel_page(found: FuelIdentified) -> str:
     about = found.model.about
     dropped, rows = int(found.outliers.sum()), len(found.drive)
     summary = (
-        f"{about['kind']}, {about['method']}; raster {about['period']:g} s, {rows} rows for training, {dropped} left out; "
-        f"fuel {found.delay:g} s before the motion"
+        f"{about['kind']}, {about['method']}; raster {about['period']:g} s, {rows} rows for training, "
+        f"{dropped} left out; fuel {found.delay:g} s before the motion"
     )
     body = error_table(found) + bullets(found.warnings, "Warnings") + pictures(parts)
     for part, files in about["files"].items():

@@ -102,7 +102,7 @@ class FuelIdentified:
         rows: list[int] = np.flatnonzero(self.outliers).tolist()
         return [
             {
-                "file": Path(self.training[self.drive.run[row]].about["file"]).name,
+                "file": Path(self.training[int(self.drive.run[row])].about["file"]).name,
                 "time": float(self.drive.time[row]),
                 "fuel_flow": float(self.drive.fuel[row]),
             }
