@@ -97,8 +97,8 @@ def fit_correction(family: Family, drive: Drive, steady: Floats) -> RecordArray:
     scale = np.sqrt(np.mean(x**2, axis=0))
     scale[scale == 0.0] = 1.0
     x = x / scale
-    solved = np.linalg.solve(x.T @ x + RIDGE * len(x) * np.eye(x.shape[1]), x.T @ left)
-    found = np.asarray(solved, np.float64) / scale
+    squares = x.T @ x + RIDGE * len(x) * np.eye(x.shape[1])
+    found = np.asarray(np.linalg.solve(squares, x.T @ left), np.float64) / scale
     record = _record(family, found, drive)
     record["low_median"], record["high_median"] = medians
     return record

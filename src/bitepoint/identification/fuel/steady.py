@@ -59,6 +59,8 @@ def vehicle_for(name: str) -> RecordArray:
         InputError: no such vehicle, or a block is missing or not as it should be.
     """
     vehicle = load_vehicle(name)
+    if vehicle.plant != "conventional":
+        raise InputError(vehicle.where, f"plant: {vehicle.plant}", "expected a vehicle of the plant conventional")
     found: dict[str, RecordArray] = {}
     for key, record in _BLOCKS.items():
         block = vehicle.blocks.get(key)
