@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 import bitepoint
-from bitepoint.identification.fuel.drives import REACH, Drive, joined, motion, vsp_outliers
+from bitepoint.identification.fuel.drives import REACH, joined, motion, vsp_outliers
 from bitepoint.identification.fuel.folds import folds_of
 from bitepoint.identification.fuel.logs import LogOptions, read_drives
 from bitepoint.identification.fuel.models import gear_rules, modelled
@@ -40,7 +41,7 @@ def speeds(seed: int, rows: int = 900, top: float = 28.0) -> np.ndarray:
 
 def recording(seed: int, lead: float = 0.0, noise: float = 0.0, **more: Any) -> Recording:
     v = speeds(seed, **more)
-    time = np.arange(len(v)) * 1.0
+    time = np.arange(len(v), dtype=np.float64)
     bare = Recording(time, (Channel("vehicle_speed", "m/s"),), v[None])
     fuel = truth(*motion(bare, lead)) + noise * np.random.default_rng(seed).standard_normal(len(v))
     channels = (Channel("fuel_flow", "kg/s"), Channel("vehicle_speed", "m/s"))
@@ -100,8 +101,7 @@ def test_a_spike_is_an_outlier_and_a_small_bin_has_none() -> None:
         row = int(np.flatnonzero(number == bin_number)[0])
         spoiled = drive.fuel.copy()
         spoiled[row] = 0.05
-        fields = {**vars(drive), "fuel": spoiled}
-        out, _ = vsp_outliers(Drive(**fields))
+        out, _ = vsp_outliers(replace(drive, fuel=spoiled))
         assert bool(out[row]) is fires
     _, bins = vsp_outliers(drive)
     assert sum(each.rows for each in bins) == len(drive)
@@ -153,6 +153,30 @@ def test_a_steady_map_is_recovered_from_logged_points_and_from_the_motion() -> N
     driving = torque > 0.0  # on overrun the record takes another line to nothing than the points
     assert a[driving] == pytest.approx(points[driving], rel=0.02, abs=2e-6)
     assert (a[torque < -60.0] == 0.0).all()
+
+
+def test_logged_engine_speed_and_torque_take_the_place_of_the_motion(tmp_path: Path) -> None:
+    car, rule = vehicle_for(CAR), gear_rules(logged=True)[0]
+    coefficients = np.array([3e-5, 8e-7, 2e-9, 5.9e-8, 3e-11])
+    files: list[Path] = []
+    for n in range(2):
+        drive = joined([recording(n)], 0.0)
+        _, turning, torque = backward(car, rule, drive.speed, drive.acceleration, drive.grade)
+        torque = torque + 60.0 * np.sin(drive.time / 40.0)  # a wind, which only the engine feels
+        fuel = np.maximum(willans_columns(turning, torque) @ coefficients, 0.0)
+        files.append(tmp_path / f"{n}.csv")
+        rows = np.column_stack([drive.time, fuel * 1e3, drive.speed * 3.6, turning * 30 / np.pi, torque])
+        header = "time_s,fuel_flow_g_per_s,vehicle_speed_kmh,engine_speed_rpm,engine_torque_nm"
+        np.savetxt(files[-1], rows, delimiter=",", header=header, comments="")
+    found = bitepoint.identify_fuel(files[0], validate=files[1], vehicle=CAR, delays={"fuel_flow": 0.0})
+    steady = next(each for each in found.tried if each.kind == "steady")
+    plain = max((each for each in found.tried if each.kind == "plain"), key=lambda each: each.score)
+    assert found.delay == 0.0
+    assert steady.errors["validation"].r2 > 0.99
+    assert plain.errors["validation"].r2 < 0.9
+    assert abs(steady.errors["validation"].total_percent) < 1.5
+    unused = bitepoint.identify_fuel(files[0])
+    assert any("a steady map needs --vehicle" in warning for warning in unused.warnings)
 
 
 def test_a_marginal_efficiency_is_one_that_there_is() -> None:
@@ -230,7 +254,7 @@ def test_fuel_is_read_as_volume_or_as_mass(tmp_path: Path, header: str, factor: 
 
 def test_ten_rows_a_second_become_their_mean(tmp_path: Path) -> None:
     slow = recording(0)
-    time = np.arange(10 * len(slow.time) - 9) * 0.1
+    time = np.arange(10 * len(slow.time) - 9, dtype=np.float64) / 10.0
     data = np.array([np.interp(time, slow.time, slow[name]) for name in ("fuel_flow", "vehicle_speed")])
     data[0] += 1e-4 * np.sin(2 * np.pi * 2.0 * time)  # faster than a second: gone in the mean
     fast = Recording(time, slow.channels, np.maximum(data, 0.0), {})

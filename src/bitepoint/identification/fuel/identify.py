@@ -40,12 +40,16 @@ ENOUGH_GAIN = 0.005
 
 @dataclass(frozen=True)
 class FuelErrors:
-    """Errors over rows: of the total, %; second by second, R2 and kg/s rms; and how many rows."""
+    """Errors over rows: of the total, %; row by row, R2 (NaN: a constant fuel) and kg/s rms; and how many rows."""
 
     total_percent: float
     r2: float
     rms: float
     rows: int
+
+    def to_json(self) -> dict[str, float | None]:
+        """Return them as JSON can hold them: null for what is not finite."""
+        return {name: value if np.isfinite(value) else None for name, value in asdict(self).items()}
 
 
 @dataclass(frozen=True)
@@ -90,7 +94,7 @@ class FuelIdentified:
         return {
             "model": "fuel",
             "kind": self.model.about["kind"],
-            "errors": {"validation": None, **{part: asdict(found) for part, found in self.errors.items()}},
+            "errors": {"validation": None, **{part: found.to_json() for part, found in self.errors.items()}},
             "tried": [_told(each) for each in self.tried],
             "delay": self.delay,
             "outliers": self.dropped(),
@@ -199,7 +203,7 @@ def _chosen(tried: Sequence[Tried]) -> Tried:
 def errors_of(model: FuelModel, drive: Drive) -> FuelErrors:
     """Return the errors of a model over rows."""
     found = modelled(model, drive)
-    total = 100.0 * (float(found.sum()) / float(drive.fuel.sum()) - 1.0) if drive.fuel.sum() > 0.0 else float("nan")
+    total = 100.0 * (float(found.sum()) / float(drive.fuel.sum()) - 1.0)
     rms = float(np.sqrt(np.mean((found - drive.fuel) ** 2)))
     return FuelErrors(total, r_squared(drive.fuel, found), rms, len(drive))
 
@@ -253,7 +257,7 @@ def _about(
         "source": "identified from logs",
         "kind": chosen.kind,
         "method": chosen.name,
-        "errors": {part: asdict(found) for part, found in chosen.errors.items()},
+        "errors": {part: found.to_json() for part, found in chosen.errors.items()},
         "score": {"mean": chosen.score, "folds": list(chosen.folds)},
         "delay": delay,
         "outliers": outliers,
@@ -275,5 +279,5 @@ def _told(tried: Tried) -> dict[str, Any]:
         "kind": tried.kind,
         "name": tried.name,
         "score": tried.score,
-        "errors": {part: asdict(found) for part, found in tried.errors.items()},
+        "errors": {part: found.to_json() for part, found in tried.errors.items()},
     }

@@ -93,9 +93,10 @@ def read_drives(
         raise InputError("identify", f"{data.rows} rows of {data.period:g} s to train on", mend)
     if max(float(run[SPEED.name].max()) for run in data.runs) < 1.0:
         raise InputError("identify", "the vehicle never moves", "expected logs of a drive")
-    if sum(float(run[FUEL.name].sum()) for run in data.runs) <= 0.0:
-        raise InputError("identify", "fuel_flow is zero throughout", "expected a measured fuel flow")
     checked = _clean(read_dataset(validate, request, "--validate")) if validate else None
+    for option, each in (("identify", data), ("--validate", checked)):
+        if each is not None and sum(float(run[FUEL.name].sum()) for run in each.runs) <= 0.0:
+            raise InputError(option, "fuel_flow is zero throughout", "expected a measured fuel flow")
     if FUEL.name in data.volumes and options.density is None:
         told = f"fuel_flow is a volume, and no --density is given: taken as {DENSITY * 1e-3:g} g/mL, that of petrol"
         data = replace(data, warnings=(told, *data.warnings))

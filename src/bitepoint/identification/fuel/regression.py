@@ -50,6 +50,6 @@ def _solved(x: Floats, y: Floats, positive: bool) -> Floats:
 
 
 def r_squared(measured: Floats, modelled: Floats) -> float:
-    """Return the coefficient of determination, 1 - squared errors over squared deviations from the mean."""
+    """Return 1 - squared errors over squared deviations from the mean; NaN where nothing deviates."""
     spread = float(np.sum((measured - measured.mean()) ** 2))
     return 1.0 - float(np.sum((measured - modelled) ** 2)) / spread if spread > 0.0 else float("nan")
