@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from bitepoint.api import BatchResult, Identification, Result, identify, run, run_batch
+from bitepoint.api import (
+    BatchResult,
+    FuelIdentification,
+    Identification,
+    Result,
+    identify,
+    identify_fuel,
+    run,
+    run_batch,
+)
 from bitepoint.errors import BitepointError, InputError
 from bitepoint.recording import Recording
 from bitepoint.version import __version__
@@ -15,6 +24,7 @@ if TYPE_CHECKING:
 __all__ = [
     "BatchResult",
     "BitepointError",
+    "FuelIdentification",
     "Identification",
     "InputError",
     "Recording",
@@ -22,6 +32,7 @@ __all__ = [
     "SweepResult",
     "__version__",
     "identify",
+    "identify_fuel",
     "run",
     "run_batch",
     "sweep",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 
 from bitepoint.identification.readers.log import FileError, Log
@@ -12,14 +13,17 @@ from bitepoint.units import UnitError
 
 @dataclass(frozen=True)
 class Column:
-    """A signal of a log: SI value = scale * value + offset."""
+    """A signal of a log: SI value = scale * value + offset; `volume` where its unit is one of volume, not of mass."""
 
     name: str
     scale: float
     offset: float
+    volume: bool = False
 
 
-def find_column(log: Log, channel: Channel, wish: str | None = None) -> Column:
+def find_column(
+    log: Log, channel: Channel, wish: str | None = None, aliases: tuple[str, ...] = (), density: float | None = None
+) -> Column:
     """Return the signal that is the channel.
 
     Without a wish it is the one of that name, a unit may be part of it (`engine_speed_rpm`, `engine_speed [rpm]`). The
@@ -27,23 +31,31 @@ def find_column(log: Log, channel: Channel, wish: str | None = None) -> Column:
 
     Args:
         wish: name of the signal; a unit may follow after a blank.
+        aliases: other names of the channel, which count where there is none of its own.
+        density: kg/m^3, of a flow of mass that may be logged as one of volume; None: it may not.
 
     Raises:
         FileError: no such signal, several, or a unit of another dimension.
     """
-    name, unit = _named(log, channel) if wish is None else _wished(log, channel, wish)
-    stated = unit or log.units[name] or header_unit(name, (channel.name,)) or split_header(name)[1] or channel.unit
+    name, unit = _named(log, channel, aliases) if wish is None else _wished(log, channel, wish)
+    names = (channel.name, *aliases)
+    stated = unit or log.units[name] or header_unit(name, names) or split_header(name)[1] or channel.unit
     try:
         return Column(name, *conversion(stated, channel.unit))
     except UnitError as error:
+        if density is not None:
+            with contextlib.suppress(UnitError):
+                scale, offset = conversion(stated, "m^3/s")
+                return Column(name, scale * density, offset * density, volume=True)
         where = f"{log.where}: {name}"
         raise FileError(where, f"{error}", f"expected a unit such as {channel.unit}, see --column") from None
 
 
-def _named(log: Log, channel: Channel) -> tuple[str, str | None]:
+def _named(log: Log, channel: Channel, aliases: tuple[str, ...]) -> tuple[str, str | None]:
     if channel.name in log.units:
         return channel.name, None
-    found = [name for name in log.units if header_unit(name, (channel.name,)) is not None]
+    own = [name for name in log.units if header_unit(name, (channel.name,)) is not None]
+    found = own or [name for name in log.units if header_unit(name, aliases) is not None]
     if len(found) > 1:
         raise FileError(log.where, f"{' and '.join(found[:3])} all are {channel.name}", _mend(channel))
     if not found:

@@ -15,7 +15,7 @@ from typing import NoReturn
 import numpy as np
 
 from bitepoint.errors import InputError
-from bitepoint.identification.columns import find_column
+from bitepoint.identification.columns import Column, find_column
 from bitepoint.identification.readers import SUFFIXES, FileError, Log, open_log
 from bitepoint.identification.resampling import LEAST_ROWS, Signal, is_finer, pieces
 from bitepoint.recording import Channel, Floats, Recording
@@ -36,6 +36,8 @@ class Request:
         period: raster, s; None: that of the first usable file.
         held: channels whose values act from their row on, torques; the others are sampled at it.
         limits: channel -> magnitude, SI, above which it cannot be what it says.
+        aliases: channel -> other names that it may have in the logs.
+        densities: channel, a flow of mass -> kg/m^3, by which it is read where it is logged as a flow of volume.
     """
 
     channels: tuple[Channel, ...]
@@ -45,6 +47,17 @@ class Request:
     period: float | None = None
     held: frozenset[str] = frozenset()
     limits: Mapping[str, float] = field(default_factory=dict[str, float])
+    aliases: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
+    densities: Mapping[str, float] = field(default_factory=dict[str, float])
+
+    def find(self, log: Log, channel: Channel) -> Column:
+        """Return the signal of a log that is the channel.
+
+        Raises:
+            FileError: no such signal, several, or a unit of another dimension.
+        """
+        name = channel.name
+        return find_column(log, channel, self.columns.get(name), self.aliases.get(name, ()), self.densities.get(name))
 
     def __post_init__(self) -> None:
         """Hold that columns and delays name wanted channels.
@@ -73,12 +86,14 @@ class Dataset:
         period: s.
         warnings: what was left out, and why.
         files: SHA-256 by file, of those that are used.
+        volumes: channels that a log holds as a flow of volume.
     """
 
     runs: tuple[Recording, ...]
     period: float
     warnings: tuple[str, ...]
     files: Mapping[str, str]
+    volumes: frozenset[str] = frozenset()
 
     @property
     def rows(self) -> int:
@@ -119,10 +134,13 @@ def read_dataset(paths: Sequence[str | Path], request: Request, option: str = "i
     warnings: list[str] = []
     faults: list[FileError] = []
     files: dict[str, str] = {}
+    volumes: set[str] = set()
     period, remarks = request.period, _Remarks()
     for path in log_files(paths, option):
         try:
-            signals = _signals(open_log(path, request.databases, request.columns.get("time")), request, warnings)
+            signals = _signals(
+                open_log(path, request.databases, request.columns.get("time")), request, warnings, volumes
+            )
             step = max(round(signals[0].step, 6), 1e-6) if period is None else period
             found = pieces(signals, step, str(path))
         except FileError as fault:
@@ -140,7 +158,7 @@ def read_dataset(paths: Sequence[str | Path], request: Request, option: str = "i
         runs += [Recording(raster, request.channels, data, {"file": str(path)}) for raster, data in found]
     if not runs or period is None:
         _refuse(faults, warnings, option)
-    return Dataset(tuple(runs), period, (*warnings, *remarks.told(period)), files)
+    return Dataset(tuple(runs), period, (*warnings, *remarks.told(period)), files, frozenset(volumes))
 
 
 def _refuse(faults: Sequence[FileError], warnings: Sequence[str], option: str) -> NoReturn:
@@ -170,11 +188,12 @@ class _Remarks:
             yield f"coarser than the raster, up to {step:.3g} s: {names}; the rows in between are interpolated"
 
 
-def _signals(log: Log, request: Request, warnings: list[str]) -> list[Signal]:
-    """Return the wanted channels in their units, delays taken out; add what is to be told."""
+def _signals(log: Log, request: Request, warnings: list[str], volumes: set[str]) -> list[Signal]:
+    """Return the wanted channels in their units, delays taken out; add what is to be told, and which are volumes."""
     result: list[Signal] = []
     for channel in request.channels:
-        column = find_column(log, channel, request.columns.get(channel.name))
+        column = request.find(log, channel)
+        volumes |= {channel.name} if column.volume else set()
         time, values = log.read(column.name)
         where = f"{log.where}: {column.name}"
         rows = len(time)

@@ -11,6 +11,8 @@ SPELLINGS = {
     "rpm": "rpm", "radps": "rad/s", "rad_s": "rad/s", "rad_per_s": "rad/s", "rads": "rad/s",
     "nm": "N*m", "n_m": "N*m", "kmh": "km/h", "kph": "km/h", "km_h": "km/h", "mps": "m/s", "m_s": "m/s", "mph": "mph",
     "s": "s", "sec": "s", "ms": "ms", "us": "us", "min": "min", "pct": "percent", "percent": "percent",
+    "cc_per_s": "cc/s", "cc_s": "cc/s", "ml_per_s": "mL/s", "ml_s": "mL/s", "l_per_h": "L/h", "l_h": "L/h",
+    "g_per_s": "g/s", "g_s": "g/s", "kg_per_s": "kg/s", "kg_s": "kg/s", "kg_per_h": "kg/h", "kg_h": "kg/h",
     "deg_s": "deg/s", "bar": "bar", "pa": "Pa", "kpa": "kPa",
 }  # fmt: skip
 """Units as they stand at the end of a header, after an underscore."""

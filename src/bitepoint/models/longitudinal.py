@@ -2,7 +2,8 @@
 
     F = (m + Jw / r^2) a + m g (f cos + sin) + c v^2,      T_in = F r / (i eta) driving, F r eta / i in overrun
     T_engine = T_in + J_e i a / r                          the engine turns with the wheels
-    T_engine = T_in, engine speed = launch speed           below: the clutch slips, and what it turns to heat is paid
+    T_engine = max(T_in, 0), engine speed = launch speed   below: the clutch slips, and what it turns to heat is paid;
+                                                           it drags nobody: the engine idles while the brakes work
 
 Nothing swings here; torque and speed follow at once. i is the ratio of gear and final drive together.
 
@@ -83,6 +84,8 @@ def engine_torque_for(m: LongitudinalModel, gear: int, force: float, speed: floa
         torque = force * r * m.gearbox.efficiency / ratio
     if geared_speed(m, gear, speed) >= m.launch_speed:
         torque = torque + m.engine.inertia * ratio * acceleration / r
+    else:
+        torque = max(torque, 0.0)
     return torque
 
 

@@ -27,7 +27,7 @@ SEED = "seed"
 _FILES = ("vehicle", "pedal", "speed", "controller.model")
 """Keys whose value may be a file."""
 
-_ABOVE = ("__init__.py", "__main__.py", "api.py", "cli", "export", "report", "studies")
+_ABOVE = ("__init__.py", "__main__.py", "api", "cli", "export", "report", "studies")
 """What stands above the room `assembly`, and changes no figure."""
 
 

@@ -9,17 +9,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
 import numpy.typing as npt
 
+from bitepoint.api.identification import FuelIdentification, Identification, identify, identify_fuel
 from bitepoint.assembly import Assembly, Lanes, assemble, bound_ratio, solve_times
 from bitepoint.cache import write_atomically
 from bitepoint.errors import InputError, brief
-from bitepoint.identification.identify import Identified, Options, identify_launch
 from bitepoint.identification.logs import LEAST_ROWS, slip_log
 from bitepoint.kernels import Life
 from bitepoint.metrics import Metric, Metrics, excitation_set
@@ -27,7 +27,6 @@ from bitepoint.parts.gears import overall_ratio
 from bitepoint.recording import Floats, Recording
 from bitepoint.scenarios import load_scenario
 from bitepoint.simulation.run import LaneResult, Simulation
-from bitepoint.units import UnitError, parse
 from bitepoint.version import __version__
 
 
@@ -105,36 +104,6 @@ class Result:
             return excitation_page(self.logs, self.metrics, self.status, self.reason)
         write = driveline_page if self.family == "driveline" else launch_page
         return write(self.recording, self.metrics, self.status, self.reason)
-
-
-@dataclass(frozen=True)
-class Identification(Identified):
-    """An identified model with its errors, warnings and runs."""
-
-    def save(self, model: str | Path | None = None, report: str | Path | None = None) -> list[Path]:
-        """Write the model file, and the report in HTML, beside the model if it has no place of its own.
-
-        Raises:
-            InputError: a file cannot be written, or both are one.
-        """
-        from bitepoint.report.identification import identification_page
-
-        if report is None and model is not None:
-            report = Path(model).with_suffix(".html")
-        paths = [Path(path) for path in (model, report) if path is not None]
-        for path in paths:
-            if not path.parent.is_dir() or path.is_dir():
-                raise InputError(str(path), "cannot be written", "expected a file in a folder that exists")
-        if len(set(paths)) < len(paths):
-            raise InputError(str(model), "is model and report", "expected a model that ends in .json")
-        if report is not None:
-            try:
-                write_atomically(Path(report), identification_page(self).encode(errors="backslashreplace"))
-            except OSError as error:
-                raise InputError(str(report), f"cannot be written ({error.strerror})", "choose another place") from None
-        if model is not None:
-            self.model.save(model)
-        return paths
 
 
 @dataclass(frozen=True)
@@ -279,69 +248,6 @@ def _logged(assembly: Assembly, over: Lanes, seed: int, life: Life) -> Result:
     return replace(_result(assembly, done[0], seed, life), status=status, reason=reason, metrics=metrics, logs=logs)
 
 
-def identify(
-    files: str | Path | Sequence[str | Path],
-    *,
-    validate: str | Path | Sequence[str | Path] = (),
-    model: str = "arx",
-    orders: Sequence[int] | str = (2, 1, 1),
-    method: str = "auto",
-    columns: Mapping[str, str] | None = None,
-    delays: Mapping[str, str | float] | None = None,
-    dbc: str | Path | Sequence[str | Path] = (),
-    period: str | float | None = None,
-    ratio: float | None = None,
-) -> Identification:
-    """Identify the model of a launch from logs.
-
-    Args:
-        files: logs to train on, files or folders; validate: logs to validate on, likewise.
-        model: "arx" or "armax".
-        orders: n_a, n_b, n_g (and n_c), as numbers or as text "2,1,1"; "auto": searched by AIC.
-        method: how an ARX model is fitted: "least squares", "instruments", or "auto", whichever simulates better.
-        columns: channel -> its name in the logs, a unit may follow: {"engine_speed": "EngSpd rpm"}.
-        delays: channel -> how late it is in the logs: {"clutch_torque": "20 ms"}.
-        dbc: databases for CAN frames.
-        period: raster of the model; None: that of the first log.
-        ratio: engine side speed over wheel speed: the slip is then formed from engine_speed and wheel_speed.
-
-    Raises:
-        InputError: whatever in files or options is not as it should be.
-    """
-    options = Options(
-        model=model,
-        orders=_orders(orders),
-        method=method,
-        columns=columns,
-        delays={name: _time("--delay", f"{name}: ", value) for name, value in (delays or {}).items()},
-        databases=tuple(map(Path, _several(dbc))),
-        period=None if period is None else _time("--period", "", period),
-        ratio=ratio,
-    )
-    found = identify_launch(_several(files), _several(validate), options)
-    return Identification(**{each.name: getattr(found, each.name) for each in fields(found)})
-
-
-def _several(paths: str | Path | Sequence[str | Path]) -> list[str | Path]:
-    return [paths] if isinstance(paths, str | Path) else list(paths)
-
-
-def _orders(orders: Sequence[int] | str) -> tuple[int, ...] | None:
-    if orders == "auto":
-        return None
-    try:
-        return tuple(int(order) for order in (orders.split(",") if isinstance(orders, str) else orders))
-    except (TypeError, ValueError):
-        raise InputError("--orders", f"got {brief(orders)}", "expected auto, or numbers such as 2,1,1") from None
-
-
-def _time(option: str, prefix: str, value: str | float) -> float:
-    try:
-        return parse(value, "s")
-    except UnitError as error:
-        raise InputError(option, f"{prefix}{error}", "expected a time, such as 20 ms") from None
-
-
 def _metric_to_json(metric: Metric) -> dict[str, Any]:
     value = {"value": metric.value, "unit": metric.unit}
     return {**value, "reason": metric.reason} if metric.reason else value
@@ -373,4 +279,7 @@ def _result(assembly: Assembly, lane: LaneResult[Metrics], seed: int, life: Life
     return Result(assembly.scenario.name, lane.status, lane.reason, metrics, recording, family=family)
 
 
-__all__ = ["BatchResult", "Identification", "Metric", "Result", "identify", "run", "run_batch"]
+__all__ = [
+    "BatchResult", "FuelIdentification", "Identification", "Metric", "Result", "identify", "identify_fuel", "run",
+    "run_batch",
+]  # fmt: skip

@@ -1,0 +1,65 @@
+"""Fuel of a car on a chassis dynamometer: fitted on two cycles, tested on a third that it never saw."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import bitepoint
+from bitepoint.api import FuelIdentification
+from tests.conftest import REPOSITORY, Command
+
+pytestmark = pytest.mark.real_data
+
+TRAIN = ("camry2018_61811012_udds.csv", "camry2018_61811013_hwfet_x2.csv")
+UNSEEN = "camry2018_61811014_us06_run1.csv"
+
+
+@pytest.fixture(scope="module")
+def folder(data_folder: Path) -> Path:
+    return data_folder / "fuel_dyno"
+
+
+@pytest.fixture(scope="module")
+def found(folder: Path) -> FuelIdentification:
+    car = REPOSITORY / "examples" / "camry-2018.yaml"
+    return bitepoint.identify_fuel([folder / name for name in TRAIN], validate=folder / UNSEEN, vehicle=car)
+
+
+def test_the_unseen_cycle_is_met(bitepoint: Command, folder: Path) -> None:
+    logs = [str(folder / name) for name in TRAIN]
+    done = bitepoint("identify", *logs, "--model", "fuel", "--validate", str(folder / UNSEEN), "--json")
+    errors = json.loads(done.out)["errors"]["validation"]
+    assert abs(errors["total_percent"]) <= 2.0
+    assert errors["r2"] >= 0.83
+    assert errors["rows"] == 645
+
+
+def test_the_spike_of_the_urban_cycle_is_left_out(found: FuelIdentification) -> None:
+    dropped = found.dropped()
+    assert {(row["file"], row["time"]) for row in dropped} >= {(TRAIN[0], 311.0)}
+    assert len(dropped) < 0.02 * len(found.drive)
+
+
+def test_what_the_other_models_are_worth_there(found: FuelIdentification) -> None:
+    errors = {(each.kind, each.name): each.errors["validation"] for each in found.tried}
+    steady = next(error for (kind, _), error in errors.items() if kind == "steady")
+    corrected = max(error.r2 for (kind, _), error in errors.items() if kind == "steady and correction")
+    assert steady.r2 > 0.83
+    assert corrected > 0.83
+    assert -9.0 < steady.total_percent < -5.0  # harder driving takes more than the two cycles can tell
+    assert errors["plain", "cubic"].total_percent < -20.0  # held at the edge of its hull
+
+
+def test_the_steady_engine_is_one_that_could_exist(found: FuelIdentification) -> None:
+    steady = next(each.model for each in found.tried if each.kind == "steady").vehicle
+    assert steady is not None
+    engine = steady["engine"][0]
+    speed, torque, flow = engine["fuel"]["x"], engine["fuel"]["y"], engine["fuel"]["z"]
+    power = speed[:, None] * torque[None, :]
+    efficiency = power / (flow * 42.67e6)
+    assert 0.30 < efficiency.max() < 0.46
+    idle = float(flow[0, 0])
+    assert 5e-5 < idle < 2.5e-4
