@@ -11,7 +11,8 @@ SPELLINGS = {
     "rpm": "rpm", "radps": "rad/s", "rad_s": "rad/s", "rad_per_s": "rad/s", "rads": "rad/s",
     "nm": "N*m", "n_m": "N*m", "kmh": "km/h", "kph": "km/h", "km_h": "km/h", "mps": "m/s", "m_s": "m/s", "mph": "mph",
     "s": "s", "sec": "s", "ms": "ms", "us": "us", "min": "min", "pct": "percent", "percent": "percent",
-    "deg_s": "deg/s", "bar": "bar", "pa": "Pa", "kpa": "kPa",
+    "deg_s": "deg/s", "bar": "bar", "pa": "Pa", "kpa": "kPa", "deg": "deg", "m": "m", "km": "km", "ft": "ft",
+    "mi": "mi", "km_per_h": "km/h", "m_per_s": "m/s", "secs": "s",
 }  # fmt: skip
 """Units as they stand at the end of a header, after an underscore."""
 
