@@ -145,6 +145,14 @@ def test_errors_of_points_leave_the_stated_error_of_the_grade() -> None:
     assert "smoothed over 200 m, climb" in route.about
 
 
+def test_what_smoothing_keeps_of_the_climb_is_told() -> None:
+    hills = load_route("hills")
+    x, error = hills.distance[::2], np.random.default_rng(1).normal(0.0, 1.0, 1001)
+    route = road(Points("", x, hills.elevation[::2] + error))
+    assert route.about == "elevation smoothed over 200 m, climb 170 of 579 m"
+    assert route.climb == pytest.approx(hills.climb, rel=0.05)
+
+
 def test_smoothing_is_a_weighted_mean() -> None:
     impulse = np.zeros(9)
     impulse[4] = 9.0

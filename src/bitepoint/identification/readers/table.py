@@ -141,4 +141,4 @@ def column_floats(table: Any, name: str, where: str) -> Floats:
     try:
         return np.asarray(table[name].cast(pa.float64()).to_numpy(zero_copy_only=False), float)
     except pa.ArrowException:
-        raise FileError(where, f"{name}: not numbers only", "expected numbers") from None
+        raise FileError(where, f"{name}: not numbers only", "expected numbers or empty cells") from None
