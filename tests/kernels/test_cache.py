@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from bitepoint.kernels import Kernel, kernel
@@ -156,3 +157,23 @@ def reads(e: Empty) -> float:
 
 def test_repr_names_module_and_kernel() -> None:
     assert repr(reads) == "<kernel tests.kernels.test_cache.reads>"
+
+
+def test_a_generated_text_is_written_at_first_use_and_once() -> None:
+    written: list[str] = []
+
+    def text() -> str:
+        written.append("now")
+        return "def twice(x: float) -> float:\n    return 2.0 * x\n"
+
+    twice = Kernel.generate("twice", text, {})
+    assert written == []
+    assert [twice.run(np.array([3.0, 4.0]), life="interpreted").tolist(), twice(1.0)] == [[6.0, 8.0], 2.0]
+    assert twice.function is twice.function
+    assert written == ["now"]
+
+
+def test_importing_the_package_writes_no_kernel() -> None:
+    asked = "import bitepoint, linecache; print([name for name in linecache.cache if 'generated' in name])"
+    done = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"

@@ -59,9 +59,14 @@ def test_start_and_end_are_times_of_the_log(tmp_path: Path, options: dict[str, f
     assert pedal == [whole[t] for t in times]
 
 
-@pytest.mark.parametrize("name", ["time", "time_s", "t", "timestamp"])
+@pytest.mark.parametrize("name", ["time", "time_s", "t", "timestamp", "Time [s]", "cycSecs"])
 def test_the_time_column_may_have_several_names(tmp_path: Path, name: str) -> None:
     assert read(tmp_path, f"{name},p\n0,1\n2,3\n", "p") == ([0.0, 2.0], [0.01, 0.03])
+
+
+@pytest.mark.parametrize("text", ["time_ms,p\n0,1\n2000,3\n", "t;p\n0,0;1\n2,0;3\n", "\ufefft\tp\n0\t1\n2\t3\n"])
+def test_units_of_time_and_separators_are_those_of_the_file(tmp_path: Path, text: str) -> None:
+    assert read(tmp_path, text, "p") == ([0.0, 2.0], [0.01, 0.03])
 
 
 def test_a_small_overshoot_of_a_sensor_is_limited(tmp_path: Path) -> None:
@@ -87,10 +92,10 @@ def test_a_parquet_log_reads_as_its_csv(tmp_path: Path) -> None:
     ("text", "said"),
     [
         ("", ["cannot be read", "expected CSV with a header, or Parquet"]),
-        ("t,p\n", ["fewer than two rows"]),
+        ("t,p\n", ["no rows", "expected a header and rows of numbers"]),
         ("t,p\n0,1\n", ["fewer than two rows from 0 s to 0 s", "expected part of 0..0 s"]),
-        ("zeit,p\n0,1\n1,2\n", ["no time column", "expected a column named one of time, time_s, t, timestamp"]),
-        ("t;p\n0;1\n1;2\n", ["no time column"]),
+        ("zeit,p\n0,1\n1,2\n", ["no time column", "expected a column named one of time, timestamp"]),
+        ("t [kg],p\n0,1\n1,2\n", ["t [kg]: ", "expected a unit of time"]),
         ("t,q,r\n0,1,2\n1,2,2\n", ["no column p", "expected one of q, r"]),
         ("t,p\n0,1\n2,2\n1,3\n", ["time does not increase in row 3", "sort the rows and remove repeated ones"]),
         ("t,p\n0,1\n1,2\n1,3\n", ["time does not increase in row 3", "remove repeated ones"]),

@@ -20,7 +20,14 @@ def written(folder: Path, text: str) -> Path:
 
 @pytest.mark.parametrize(
     ("header", "unit"),
-    [("speed_kmh", None), ("v [km/h]", None), ("vehicle_speed_kph", None), ("speed", "km/h"), ("speed_mph", "km/h")],
+    [
+        ("speed_kmh", None),
+        ("v [km/h]", None),
+        ("vehicle_speed_kph", None),
+        ("cycKmh", None),
+        ("speed", "km/h"),
+        ("speed_mph", "km/h"),
+    ],
 )
 def test_a_unit_stands_in_the_header_or_is_said(tmp_path: Path, header: str, unit: str | None) -> None:
     path = written(tmp_path, f"t,{header}\n10,0\n12,36\n13,72\n")

@@ -15,7 +15,7 @@ import types
 import typing
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from typing import Any, Generic, Literal, ParamSpec, TypeVar, overload
 
 import numpy as np
@@ -48,7 +48,7 @@ class Kernel(Generic[P, R]):
     """
 
     def __init__(self, function: Callable[P, R], *, trusted: bool = False, name: str | None = None) -> None:
-        self.function = function
+        self._define = lambda: function
         self.trusted = trusted
         self.name = name or function.__name__
         self.__doc__ = function.__doc__
@@ -56,9 +56,17 @@ class Kernel(Generic[P, R]):
         self.__module__ = function.__module__
 
     @staticmethod
-    def generate(name: str, text: str, namespace: dict[str, Any]) -> Kernel[..., Any]:
-        """Return the kernel `name` defined by `text`, whose global names are those of `namespace`."""
-        return Kernel(define(name, text, namespace))
+    def generate(name: str, text: str | Callable[[], str], namespace: dict[str, Any]) -> Kernel[..., Any]:
+        """Return the kernel `name` defined by `text`, whose global names are those of `namespace`.
+
+        A function that writes the text is called when the kernel is first used: most programs use few kernels.
+        """
+        return _Generated(name, text, namespace)
+
+    @property
+    def function(self) -> Callable[P, R]:
+        """The function that it was made of."""
+        return self._define()
 
     def specialise(self, name: str, meanings: Mapping[str, Any]) -> Kernel[P, R]:
         """Return a kernel of the same source in which the global names in `meanings` stand for something else.
@@ -169,6 +177,16 @@ class Kernel(Generic[P, R]):
             return Parameter(name, "record", hint)
         mend = "annotate every parameter as float, int or a Record; arrays live in records"
         raise self.source.fail(self.source.node, f"parameter {name} of {self.name} has no such type", mend)
+
+
+class _Generated(Kernel[..., Any]):
+    """A kernel whose text is written, and whose function is defined, at first use."""
+
+    def __init__(self, name: str, text: str | Callable[[], str], namespace: dict[str, Any]) -> None:
+        self._define = cache(lambda: define(name, text if isinstance(text, str) else text(), namespace))
+        self.trusted = False
+        self.name = self.__name__ = name
+        self.__module__ = namespace.get("__name__", "")
 
 
 @overload

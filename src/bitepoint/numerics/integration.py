@@ -6,6 +6,7 @@ A generated kernel is ordinary kernel source: it is checked, interpreted, compil
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import get_type_hints
 
 from bitepoint.kernels import Kernel
 from bitepoint.records import Record
@@ -18,15 +19,21 @@ def float_fields(record: type[Record]) -> list[str]:
 
 def copier(name: str, record: type[Record]) -> Kernel[..., None]:
     """Return the kernel `name(target, source)` that copies every float scalar."""
-    lines = [f"    target.{field} = source.{field}" for field in float_fields(record)]
-    text = "\n".join([f"def {name}(target: Record, source: Record) -> None:", *lines, ""])
+
+    def text() -> str:
+        lines = [f"    target.{field} = source.{field}" for field in float_fields(record)]
+        return "\n".join([f"def {name}(target: Record, source: Record) -> None:", *lines, ""])
+
     return Kernel.generate(name, text, {"Record": record})
 
 
 def clearer(name: str, record: type[Record]) -> Kernel[..., None]:
     """Return the kernel `name(target)` that sets every float scalar to 0."""
-    lines = [f"    target.{field} = 0.0" for field in float_fields(record)]
-    text = "\n".join([f"def {name}(target: Record) -> None:", *lines, ""])
+
+    def text() -> str:
+        lines = [f"    target.{field} = 0.0" for field in float_fields(record)]
+        return "\n".join([f"def {name}(target: Record) -> None:", *lines, ""])
+
     return Kernel.generate(name, text, {"Record": record})
 
 
@@ -42,10 +49,13 @@ def runge_kutta_4(name: str, rates: Kernel[..., None], state: type[Record], work
     Order 4 in h for smooth rates. Whatever is discontinuous must be held constant in `mode` over the step.
     Reference: W. Kutta, Z. Math. Phys. 46 (1901) 435.
     """
-    parameters = rates.parameters
-    types = {"Parameters": parameters[0].record, "Mode": parameters[1].record, "State": state, "Work": work}
-    header = f"def {name}(p: Parameters, mode: Mode, x: State, w: Work, h: float) -> None:"
-    text = "\n".join([header, *_runge_kutta_lines(rates.name, float_fields(state)), ""])
+    parameters, mode = list(get_type_hints(rates.function).values())[:2]  # rates.parameters would parse its source
+    types = {"Parameters": parameters, "Mode": mode, "State": state, "Work": work}
+
+    def text() -> str:
+        header = f"def {name}(p: Parameters, mode: Mode, x: State, w: Work, h: float) -> None:"
+        return "\n".join([header, *_runge_kutta_lines(rates.name, float_fields(state)), ""])
+
     return Kernel.generate(name, text, {rates.name: rates, **types})
 
 

@@ -26,12 +26,15 @@ def unrolled(
         bound: a constant, or a number that says how much of an array is in use: what lies behind it must not count.
         length: the constant, or the most that the number can be.
     """
-    node = copy.deepcopy(kernel.source.node)
-    node.name = name
-    node.decorator_list = []
-    node = ast.fix_missing_locations(_Unroller(bound, length).visit(node))
-    text = _commented(ast.unparse(node), node, kernel.source)
-    return Kernel.generate(name, f"{text}\n", {**kernel.source.namespace, **meanings})
+
+    def written_out() -> str:
+        node = copy.deepcopy(kernel.source.node)
+        node.name = name
+        node.decorator_list = []
+        node = ast.fix_missing_locations(_Unroller(bound, length).visit(node))
+        return _commented(ast.unparse(node), node, kernel.source) + "\n"
+
+    return Kernel.generate(name, written_out, {**kernel.function.__globals__, **meanings})
 
 
 def _commented(text: str, node: ast.FunctionDef, source: Source) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +17,8 @@ from bitepoint.units import UnitError, parse
 FASTEST = 100.0
 """Highest speed, m/s, as of every trace of a speed."""
 
+_HUMPS = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
+
 ZERO_ERROR = 0.1
 """How far below 0 a log of a standstill may be, m/s: it counts as 0."""
 
@@ -26,7 +29,7 @@ class SpeedLog:
 
     Attributes:
         file: CSV with a header, or Parquet.
-        column: name of the column; unit: of its values, or None where the header tells (`speed_kmh`, `v [m/s]`).
+        column: name of the column; unit: of its values, or None where the header tells (`speed_kmh`, `cycMps`).
         start, end: part of the file, s in its own time; None: from its first or to its last row.
     """
 
@@ -60,6 +63,7 @@ def read_speed_log(log: SpeedLog) -> tuple[Floats, Floats]:
 
 
 def _stated_unit(column: str) -> str | None:
+    """Return the unit in a header, such as `speed_kmh`, `v [km/h]` or `cycMps`; None where it states none."""
     name, unit = split_header(column)
-    words = name.lower().split("_")
-    return unit or header_unit(name, ["_".join(words[:count]) for count in range(1, len(words))]) or None
+    words = _HUMPS.sub("_", name).lower().split("_")
+    return unit or header_unit("_".join(words), ["_".join(words[:count]) for count in range(1, len(words))]) or None

@@ -29,15 +29,9 @@ def open_table(path: Path, time: str | None = None) -> Log:
         FileError: it cannot be read, two columns have one name, or there is no column of time.
     """
     where = str(path)
-    table = _read(path)
-    names: list[str] = [name.strip() for name in table.column_names]
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
-        raise FileError(where, f"two columns are named {twice}", "rename one of them")
-    if not table.num_rows:
-        raise FileError(where, "no rows", "expected a header and rows of numbers")
-    table = table.rename_columns(names)
-    units = {name: _metadata_unit(table, name) for name in names}
+    table = read_table(path)
+    names: list[str] = table.column_names
+    units = {name: metadata_unit(table, name) for name in names}
     name, unit = _time_column(names, time, where)
     try:
         scale = parse(1.0, "s", unit or units[name] or header_unit(name, TIME_NAMES) or "s")
@@ -45,7 +39,24 @@ def open_table(path: Path, time: str | None = None) -> Log:
         raise FileError(where, f"{name}: {error}", "expected a unit of time") from None
     seconds = _seconds(table, name, where) * scale
     del units[name]
-    return Log(where, units, lambda column: (seconds, _floats(table, column, where)))
+    return Log(where, units, lambda column: (seconds, column_floats(table, column, where)))
+
+
+def read_table(path: Path) -> Any:
+    """Return a CSV or Parquet file as a table of pyarrow, its names without blanks around them.
+
+    Raises:
+        FileError: it cannot be read, has no rows, or two columns of one name.
+    """
+    where = str(path)
+    table = _read(path)
+    names: list[str] = [name.strip() for name in table.column_names]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise FileError(where, f"two columns are named {twice}", "rename one of them")
+    if not table.num_rows:
+        raise FileError(where, "no rows", "expected a header and rows of numbers")
+    return table.rename_columns(names)
 
 
 def _time_column(names: list[str], wish: str | None, where: str) -> tuple[str, str | None]:
@@ -98,7 +109,8 @@ def _dialect(path: Path) -> tuple[str, str]:
     return delimiter, decimal
 
 
-def _metadata_unit(table: Any, name: str) -> str | None:
+def metadata_unit(table: Any, name: str) -> str | None:
+    """Return the unit of a column that the file itself states, as Parquet may."""
     metadata: dict[bytes, bytes] = table.schema.field(name).metadata or {}
     unit = metadata.get(b"unit")
     return None if unit is None else unit.decode(errors="replace")
@@ -109,17 +121,24 @@ def _seconds(table: Any, name: str, where: str) -> Floats:
     pa, _, _ = _arrow()
     column = table[name]
     if pa.types.is_duration(column.type):
-        return _floats(table.set_column(0, name, column.cast(pa.duration("ns")).cast(pa.int64())), name, where) * 1e-9
+        return (
+            column_floats(table.set_column(0, name, column.cast(pa.duration("ns")).cast(pa.int64())), name, where)
+            * 1e-9
+        )
     if pa.types.is_timestamp(column.type):
         ticks = column.cast(pa.timestamp("ns")).cast(pa.int64()).to_numpy(zero_copy_only=False)
         return (ticks - ticks[0]) * 1e-9
-    return _floats(table, name, where)
+    return column_floats(table, name, where)
 
 
-def _floats(table: Any, name: str, where: str) -> Floats:
-    """Return a column as floats, NaN where a cell is empty."""
+def column_floats(table: Any, name: str, where: str) -> Floats:
+    """Return a column as floats, NaN where a cell is empty.
+
+    Raises:
+        FileError: not numbers only.
+    """
     pa, _, _ = _arrow()
     try:
         return np.asarray(table[name].cast(pa.float64()).to_numpy(zero_copy_only=False), float)
     except pa.ArrowException:
-        raise FileError(where, f"{name}: not numbers only", "expected numbers") from None
+        raise FileError(where, f"{name}: not numbers only", "expected numbers or empty cells") from None
