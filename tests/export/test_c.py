@@ -9,7 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -52,8 +52,16 @@ WIDER = {
 """The same by output: where the throttle of a small torque is steep; at the wheels instead of the clutch."""
 
 EXPORTED = [name for name, block in {**CONTROLLERS, **SUPERVISORS, **ADVISERS}.items() if not block.desktop]
-CASES = [(name, precision) for name in EXPORTED for precision in ("float64", "float32")]
-each_case = pytest.mark.parametrize(("name", "precision"), CASES, ids=["-".join(case) for case in CASES])
+
+
+def cases(names: Iterable[str]) -> pytest.MarkDecorator:
+    """Run a test for each of these parts in each precision; all tests of one case in one process, as they share it."""
+    each = [(name, precision) for name in names for precision in ("float64", "float32")]
+    params = [pytest.param(*case, id="-".join(case), marks=pytest.mark.xdist_group("-".join(case))) for case in each]
+    return pytest.mark.parametrize(("name", "precision"), params)
+
+
+each_case = cases(EXPORTED)
 Exported = Callable[[str, str], Path]
 
 
@@ -198,7 +206,7 @@ def test_report_tells_the_cap_of_the_solver(exported: Exported, name: str) -> No
     assert 0 < solver["iterations_worst"] <= solver["cap"]
 
 
-@pytest.mark.parametrize(("name", "precision"), [case for case in CASES if case[0] not in SUPERVISORS])
+@cases(name for name in EXPORTED if name not in SUPERVISORS)
 def test_float32_stays_close_to_float64(exported: Exported, name: str, precision: str) -> None:
     differences = report(exported(name, precision))["float32_against_float64"]
     assert {d["unit"] for d in differences.values()} & {"N*m", "1"}
