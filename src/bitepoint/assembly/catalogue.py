@@ -22,14 +22,14 @@ from bitepoint.controllers import (
 from bitepoint.controllers.controller import Controller
 from bitepoint.kernels import Kernel
 from bitepoint.numerics.filters import butterworth_forward_backward
-from bitepoint.plants import dct, p2_hybrid
+from bitepoint.plants import conventional, dct, p2_hybrid
 from bitepoint.plants.plant import Plant
 from bitepoint.recording import Channel
 from bitepoint.records import Field
 from bitepoint.scenarios import LogSettings, Timing
 from bitepoint.simulation.loop import run_lane
 
-PLANTS: Mapping[str, Plant] = {plant.name: plant for plant in (dct.PLANT, p2_hybrid.PLANT)}
+PLANTS: Mapping[str, Plant] = {plant.name: plant for plant in (dct.PLANT, p2_hybrid.PLANT, conventional.PLANT)}
 """All plants, by name."""
 
 CONTROLLERS: Mapping[str, Controller] = {
