@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from bitepoint.controllers import (
+    amt_control,
     damping_mpc,
     damping_shaping,
     ddpc,
@@ -15,6 +16,7 @@ from bitepoint.controllers import (
     launch_mpc,
     launch_pid,
     none,
+    pedal_driver,
     speed_driver,
     torque_split,
     undamped,
@@ -35,14 +37,24 @@ PLANTS: Mapping[str, Plant] = {plant.name: plant for plant in (dct.PLANT, p2_hyb
 CONTROLLERS: Mapping[str, Controller] = {
     **{
         module.CONTROLLER.name: module.CONTROLLER
-        for module in (none, launch_pid, ddpc, ddpc_pso, launch_mpc, excitation, damping_mpc, damping_shaping)
+        for module in (
+            none,
+            launch_pid,
+            ddpc,
+            ddpc_pso,
+            launch_mpc,
+            excitation,
+            damping_mpc,
+            damping_shaping,
+            amt_control,
+        )
     },
     "undamped": undamped.CONTROLLER,
 }
 """All controllers, by name; that of a hybrid that does nothing stands as undamped, since `none` is that of a launch."""
 
 SUPERVISORS: Mapping[str, Controller] = {
-    module.CONTROLLER.name: module.CONTROLLER for module in (speed_driver, torque_split)
+    module.CONTROLLER.name: module.CONTROLLER for module in (speed_driver, torque_split, pedal_driver)
 }
 """Parts between driver and controller, by name."""
 

@@ -5,8 +5,8 @@
     (m r^2 + Jw) dw3/dt = Ts - Tb - r (weight along the road + f m g cos) - c w3^2
 
 The engine follows its request with dead time and lag. Clutch and brake are Coulomb sliders in series with a spring
-(`parts.slider`), so that neither needs an event. Shifting, the gearbox is in neutral: the half-shafts carry nothing, and
-a synchroniser brings the input to the speed of the next gear. The grade follows the road over distance.
+(`parts.slider`), so that neither needs an event. Shifting, the gearbox is in neutral: the half-shafts carry nothing,
+and a synchroniser brings the input to the speed of the next gear. The grade follows the road over distance.
 """
 
 from __future__ import annotations
@@ -40,9 +40,7 @@ from bitepoint.units import STANDARD_GRAVITY
 
 
 @kernel
-def engine_rates(
-    p: ConventionalParameters, m: ConventionalMode, x: ConventionalMotion, d: ConventionalMotion
-) -> None:
+def engine_rates(p: ConventionalParameters, m: ConventionalMode, x: ConventionalMotion, d: ConventionalMotion) -> None:
     """Write the rates of the engine's torque, work and fuel, and of the brake's torque, into `d`."""
     governed = idle_torque(p.engine, x.engine_speed)
     wanted = governed if m.idling == 1 else max(m.engine_request, governed)
@@ -53,9 +51,7 @@ def engine_rates(
 
 
 @kernel
-def clutch_rates(
-    p: ConventionalParameters, m: ConventionalMode, x: ConventionalMotion, d: ConventionalMotion
-) -> float:
+def clutch_rates(p: ConventionalParameters, m: ConventionalMode, x: ConventionalMotion, d: ConventionalMotion) -> float:
     """Write twist rate and heat of the clutch into `d`, its damper's loss first; return its torque, N m."""
     slip = x.engine_speed - x.clutch_speed
     torque = slider_torque(p.clutch.stiffness, p.clutch.damping, m.capacity, x.clutch_twist, slip)
@@ -92,9 +88,7 @@ def brake_rates(p: ConventionalParameters, x: ConventionalMotion, d: Conventiona
 
 
 @kernel
-def road_rates(
-    p: ConventionalParameters, m: ConventionalMode, x: ConventionalMotion, d: ConventionalMotion
-) -> float:
+def road_rates(p: ConventionalParameters, m: ConventionalMode, x: ConventionalMotion, d: ConventionalMotion) -> float:
     """Write way, height and road loss into `d`; return the torque that the road takes at the wheels, N m."""
     grade = grade_at(p.road, x.distance)
     weight = weight_along(p.vehicle.mass, grade)
