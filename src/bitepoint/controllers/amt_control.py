@@ -10,6 +10,8 @@ follows it. shifting: the clutch is open, the gearbox changes gear, and the engi
 closing: the clutch removes what slip is left, and the torque returns,
 
     capacity = +-engine torque + J |slip| / closing_time            + while the engine is the faster
+
+and at most a little more than what the driver asks for, so that the vehicle gets its torque back without a blow.
 """
 
 from __future__ import annotations
@@ -42,10 +44,17 @@ class AmtControlCalibration(Record):
 
     torque_time: float = quantity("s", 0.01, 5, "in which the highest torque is taken away, or returns", default=0.1)
     clutch_time: float = quantity("s", 0.01, 5, "in which the clutch goes from open to its limit", default=0.1)
-    release_time: float = quantity("s", 0, 2, "longest time to wait for the torque to be gone", default=0.12)
+    release_time: float = quantity("s", 0, 2, "longest time to wait for the torque to be gone", default=0.1)
     released_torque: float = quantity("N*m", 0.1, 500, "torque of the engine that counts as gone", default=15.0)
     matching_time: float = quantity("s", 0.01, 2, "in which the open engine comes to the input's speed", default=0.06)
-    closing_time: float = quantity("s", 0.01, 2, "in which a slip falls to 1/e while the clutch closes", default=0.04)
+    closing_time: float = quantity("s", 0.01, 2, "in which a slip falls to 1/e while the clutch closes", default=0.06)
+    closing_share: float = quantity(
+        "1",
+        0.01,
+        5,
+        "share of the highest torque that the closing clutch may carry beyond what the driver asks",
+        default=0.2,
+    )
     launch_time: float = quantity("s", 0.01, 2, "in which the engine returns to its launch speed", default=0.1)
     closing_slip: float = quantity("rad/s", 0.1, 50, "slip below which the clutch counts as closed", default=5.0)
     opening_share: float = quantity("1", 1, 3, "input speed over idle speed below which the clutch opens", default=1.1)
@@ -159,14 +168,16 @@ def choose_phase(p: AmtControlParameters, s: AmtControlState, m: AmtControlMeasu
 def wanted_torque(p: AmtControlParameters, s: AmtControlState, m: AmtControlMeasurement) -> float:
     """Return the torque, N m, to ask of the engine in this phase; the driver's, unless a shift takes it away."""
     torque = clamp(m.engine_torque_wanted, -500.0, 5000.0)
-    if s.phase == OPEN or s.phase == RELEASING:
+    if s.phase == OPEN:
         torque = 0.0
+    elif s.phase == RELEASING:
+        torque = -p.engine_torque
     elif s.phase == SHIFTING:
         missing = clamp(m.clutch_speed, p.idle_speed, 2000.0) - clamp(m.engine_speed, -2000.0, 2000.0)
         torque = p.engine_inertia * missing / p.calibration.matching_time
         if missing > -p.calibration.closing_slip:
             torque = max(torque, HOLDING_TORQUE)
-    return clamp(torque, -500.0, p.engine_torque)
+    return clamp(torque, -p.engine_torque, p.engine_torque)
 
 
 @kernel
@@ -182,7 +193,8 @@ def wanted_capacity(p: AmtControlParameters, s: AmtControlState, m: AmtControlMe
         capacity = given + p.engine_inertia * excess / p.calibration.launch_time
     elif s.phase == CLOSING:
         carried = given if slip > 0.0 else -given
-        capacity = carried + p.engine_inertia * abs(slip) / p.calibration.closing_time
+        most = abs(clamp(m.engine_torque_wanted, -500.0, 5000.0)) + p.calibration.closing_share * p.engine_torque
+        capacity = min(carried + p.engine_inertia * abs(slip) / p.calibration.closing_time, most)
     elif s.phase == RELEASING:
         gone = abs(given) < p.calibration.released_torque or s.elapsed >= p.calibration.release_time
         capacity = 0.0 if gone else min(abs(given) + p.calibration.released_torque, s.capacity)
