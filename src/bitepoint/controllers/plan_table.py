@@ -86,7 +86,8 @@ def plan_parameters(
     if s.size > PLAN_POINTS or np.abs(np.diff(s) - spacing).max() > 1e-6 * spacing:
         spacing = s[-1] / (PLAN_POINTS - 1)
         at = np.arange(PLAN_POINTS) * spacing
-    row = np.clip(np.searchsorted(s, at + 1e-6 * spacing, side="right") - 1, 0, min(g.size, t.size) - 1)
+    held = np.searchsorted(s, at + 1e-6 * spacing, side="right") - 1
+    row = np.minimum(np.maximum(held, 0), min(g.size, t.size) - 1)
     columns = {"speed": np.sqrt(np.interp(at, s, v**2)), "gear": g[row], "torque": t[row]}
     table = PlanTable.zeros()
     table["points"], table["spacing"] = at.size, spacing
