@@ -77,7 +77,11 @@ DRIVING: Mapping[str, Driving] = {
         plausible=p2_plausible,
     ),
     "conventional": Driving(
-        move_off=lambda k: {"engine_torque_request": min(0.6 * k, 350.0), "clutch_torque_command": min(0.4 * k, 280.0)},
+        move_off=lambda k: {
+            "engine_torque_request": min(0.6 * k, 350.0),
+            "clutch_torque_command": min(0.25 * k, 300.0),
+            "brake_torque_command": 6000.0 if k < 750 else 0.0,
+        },
         steady={"engine_torque_request": 150.0, "clutch_torque_command": 120.0, "brake_torque_command": 100.0},
         gentle={"engine_torque_request": 50.0, "clutch_torque_command": 40.0},
         overrun={"engine_torque_request": -100.0, "clutch_torque_command": 500.0},
