@@ -45,6 +45,7 @@ class ProfiledRoad(Record):
 def grade_at(road: ProfiledRoad, distance: float) -> float:
     """Return the grade, rise over run, at a distance from the start (m)."""
     grade = road.grade
+    # never: a profile, in the vectors of a vehicle on a road without one
     if road.profile.points > 1:
         place = distance / road.profile.spacing
         before = min(to_index(place, 0, 1022), road.profile.points - 2)
