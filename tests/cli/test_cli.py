@@ -181,13 +181,17 @@ def listed(bitepoint: Command, *arguments: str) -> dict[str, Any]:
 
 def test_list_json_has_names_by_kind(bitepoint: Command) -> None:
     assert listed(bitepoint) == {
-        "vehicles": ["dct-na190", "dct-t240", "p2-suv"],
-        "scenarios": ["dct-excitation", "dct-launch", "p2-nedc", "p2-tip-in", "p2-tip-step"],
+        "vehicles": ["dct-na190", "dct-t240", "hatchback-2l", "light-truck", "p2-suv"],
+        "scenarios": [
+            "conventional-nedc", "dct-excitation", "dct-launch", "eco-launch", "p2-nedc", "p2-tip-in", "p2-tip-step",
+        ],
         "controllers": [
-            "none", "launch_pid", "ddpc", "ddpc_pso", "launch_mpc", "excitation", "damping_mpc", "damping_shaping"
+            "none", "launch_pid", "ddpc", "ddpc_pso", "launch_mpc", "excitation", "damping_mpc", "damping_shaping",
+            "amt_control",
         ],
     }  # fmt: skip
-    assert listed(bitepoint, "vehicles") == {"vehicles": ["dct-na190", "dct-t240", "p2-suv"]}
+    vehicles = ["dct-na190", "dct-t240", "hatchback-2l", "light-truck", "p2-suv"]
+    assert listed(bitepoint, "vehicles") == {"vehicles": vehicles}
 
 
 def test_list_signals_has_what_is_recorded(bitepoint: Command, tmp_path: Path) -> None:
@@ -196,11 +200,12 @@ def test_list_signals_has_what_is_recorded(bitepoint: Command, tmp_path: Path) -
     launches.append(["controller=ddpc", "controller.intention=network"])
     steps = [[f"controller={name}"] for name in ("none", "damping_mpc", "damping_shaping")]
     every = [("dct-launch", settings) for settings in launches] + [("p2-tip-step", settings) for settings in steps]
+    every.append(("eco-launch", []))
     for scenario, settings in every:
         words = [word for setting in settings for word in ("--set", setting)]
         bitepoint("run", scenario, *words, "--out", str(tmp_path))
         recorded |= {channel.name for channel in Recording.from_parquet(tmp_path / "recording.parquet").channels}
-    assert set(listed(bitepoint, "signals")["signals"]) == recorded
+    assert set(listed(bitepoint, "signals")["signals"]) == recorded - {"speed_target"}  # which the scenario gives
 
 
 def test_list_for_a_person_has_a_meaning_for_every_name(bitepoint: Command) -> None:
@@ -282,7 +287,7 @@ def test_show_prints_a_library_file_that_runs(bitepoint: Command, tmp_path: Path
     path.write_text(shown.out)
     assert bitepoint("run", "dct-launch", "--set", f"vehicle={path}").status == 0
     assert "stop:" in bitepoint("show", "dct-launch").out
-    bitepoint("show", "boat").refusal("got boat", "dct-na190, dct-t240, p2-suv, dct-excitation, dct-launch")
+    bitepoint("show", "boat").refusal("got boat", "dct-na190, dct-t240, hatchback-2l, light-truck, p2-suv, conven")
 
 
 def test_list_keys_names_what_set_takes(bitepoint: Command) -> None:

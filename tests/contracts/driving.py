@@ -43,6 +43,15 @@ def p2_plausible(rng: np.random.Generator, lanes: int) -> Inputs:
     }
 
 
+def conventional_plausible(rng: np.random.Generator, lanes: int) -> Inputs:
+    return {
+        "engine_torque_request": rng.uniform(-200, 400, lanes),
+        "clutch_torque_command": sometimes(rng, lanes, 0.7, 0, 500),
+        "brake_torque_command": sometimes(rng, lanes, 0.3, 0, 8000),
+        "gear_command": np.round(sometimes(rng, lanes, 0.05, 0, 8)),
+    }
+
+
 def sometimes(rng: np.random.Generator, lanes: int, share: float, low: float, high: float) -> np.ndarray:
     """Uniform numbers in a share of the lanes, 0 in the others."""
     return rng.uniform(low, high, lanes) * (rng.random(lanes) < share)
@@ -66,5 +75,16 @@ DRIVING: Mapping[str, Driving] = {
         gentle={"engine_torque_request": 50.0, "motor_torque_command": -20.0, "clutch_torque_command": 100.0},
         overrun={"engine_torque_request": -100.0, "motor_torque_command": 0.0, "clutch_torque_command": 600.0},
         plausible=p2_plausible,
+    ),
+    "conventional": Driving(
+        move_off=lambda k: {
+            "engine_torque_request": min(0.6 * k, 350.0),
+            "clutch_torque_command": min(0.25 * k, 300.0),
+            "brake_torque_command": 6000.0 if k < 750 else 0.0,
+        },
+        steady={"engine_torque_request": 150.0, "clutch_torque_command": 120.0, "brake_torque_command": 100.0},
+        gentle={"engine_torque_request": 50.0, "clutch_torque_command": 40.0},
+        overrun={"engine_torque_request": -100.0, "clutch_torque_command": 500.0},
+        plausible=conventional_plausible,
     ),
 }

@@ -45,7 +45,7 @@ def nominal(plant: Plant, vehicle: str) -> RecordArray:
     return plant.parameters.parse({**load_vehicle(name).blocks, **switched, "road": {}}, vehicle)
 
 
-VEHICLES = {"dct": "dct-t240", "p2_hybrid": "p2-suv"}
+VEHICLES = {"dct": "dct-t240", "p2_hybrid": "p2-suv", "conventional": "hatchback-2l"}
 """The library vehicle of each plant that its controllers are tried with."""
 
 

@@ -29,9 +29,8 @@ def cases(plant: str = "", signal: str = "") -> pytest.MarkDecorator:
         return (not plant or plant in controller.plants) and (not signal or signal in signals)
 
     chosen = [(controller, calibration) for controller, calibration in CASES if wanted(controller)]
-    ids = [
-        f"{c.name}-{calibration}" if "dct" in c.plants else f"{c.name}.p2-{calibration}" for c, calibration in chosen
-    ]
+    short = {"dct": "", "p2_hybrid": ".p2", "conventional": ".conventional"}
+    ids = [f"{c.name}{short[c.plants[0]]}-{calibration}" for c, calibration in chosen]
     return pytest.mark.parametrize(("controller", "calibration"), chosen, ids=ids)
 
 
@@ -42,6 +41,8 @@ def plausible(controller: Controller, k: int, rng: np.random.Generator) -> dict[
     """What might be measured in step k; 0 for what is not named."""
     if "dct" in controller.plants:
         return {"pedal": 0.3, "engine_speed": 120.0 + rng.normal(), "clutch_speed": 1.2 * k}
+    if "conventional" in controller.plants:
+        return conventional_plausible(k, rng)
     asked = 440.0 if k // 40 % 2 else -40.0  # steps of the driver, in 2nd gear of the hybrid
     speed = 160.0 + 0.5 * k + rng.normal()
     return {
@@ -49,6 +50,19 @@ def plausible(controller: Controller, k: int, rng: np.random.Generator) -> dict[
         "clutch_torque_command": 0.0 if k // 70 % 3 == 2 else 600.0, "engine_speed": speed, "motor_speed": speed,
         "wheel_speed": speed / 10.5, "vehicle_speed": 0.3 * speed / 10.5, "motor_torque_limit": 300.0,
         "gear_ratio": 10.5, "speed_target": 5.0 + 3.0 * (k // 50 % 2),
+    }  # fmt: skip
+
+
+def conventional_plausible(k: int, rng: np.random.Generator) -> dict[str, float]:
+    """A car that gathers speed and loses it again, asked for torque and other gears, in neutral at times."""
+    turn = k % 300
+    input_speed = 1.5 * min(turn, 300 - turn)
+    gear = float(1 + turn // 75)
+    return {
+        "engine_torque_wanted": 120.0 if k // 60 % 3 else -30.0, "gear_wanted": gear, "engine_torque": 60.0,
+        "gear": 0.0 if turn % 75 < 10 else gear, "clutch_speed": input_speed, "distance": 0.5 * k,
+        "engine_speed": max(input_speed, 120.0) + (rng.normal() if turn % 75 > 15 else 40.0),
+        "vehicle_speed": 0.03 * input_speed, "speed_target": 12.0 if k // 90 % 3 else 0.0,
     }  # fmt: skip
 
 

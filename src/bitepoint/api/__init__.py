@@ -41,7 +41,7 @@ class Result:
         metrics: figures of merit by name, each with .value (None where it does not exist) and .unit.
         recording: all signals over time; of the first run where there are many.
         logs: of a scenario of many runs: their logs by name.
-        family: of its figures: "launch", "driveline" or "excitation".
+        family: of its figures: "launch", "driveline", "driving" or "excitation".
     """
 
     scenario: str
@@ -55,12 +55,13 @@ class Result:
     def figure(self) -> Any:
         """Return the interactive picture, a plotly Figure."""
         from bitepoint.report.driveline import driveline_figure
+        from bitepoint.report.driving import driving_figure
         from bitepoint.report.excitation import excitation_figure
         from bitepoint.report.launch import launch_figure
 
         if self.logs:
             return excitation_figure(self.logs)
-        draw = driveline_figure if self.family == "driveline" else launch_figure
+        draw = {"driveline": driveline_figure, "driving": driving_figure}.get(self.family, launch_figure)
         return draw(self.recording, f"{self.scenario}: {self.status}, {self.reason}")
 
     def to_json(self) -> dict[str, Any]:
@@ -71,8 +72,8 @@ class Result:
     def save(self, folder: str | Path) -> list[Path]:
         """Write recordings, metrics.json and an HTML page into `folder`, made if needed; return their paths.
 
-        One run is recording.parquet and launch.html or driveline.html; many are a Parquet file for each log, and
-        excitation.html. Logs that an earlier call wrote there are replaced, all of them.
+        One run is recording.parquet and launch.html, driveline.html or driving.html; many are a Parquet file for each
+        log, and excitation.html. Logs that an earlier call wrote there are replaced, all of them.
 
         Raises:
             InputError: the folder cannot be written.
@@ -97,12 +98,13 @@ class Result:
 
     def _page(self) -> str:
         from bitepoint.report.driveline import driveline_page
+        from bitepoint.report.driving import driving_page
         from bitepoint.report.excitation import excitation_page
         from bitepoint.report.launch import launch_page
 
         if self.logs:
             return excitation_page(self.logs, self.metrics, self.status, self.reason)
-        write = driveline_page if self.family == "driveline" else launch_page
+        write = {"driveline": driveline_page, "driving": driving_page}.get(self.family, launch_page)
         return write(self.recording, self.metrics, self.status, self.reason)
 
 

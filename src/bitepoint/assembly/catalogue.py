@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from bitepoint.controllers import (
+    amt_control,
     damping_mpc,
     damping_shaping,
     ddpc,
@@ -15,6 +16,7 @@ from bitepoint.controllers import (
     launch_mpc,
     launch_pid,
     none,
+    pedal_driver,
     speed_driver,
     torque_split,
     undamped,
@@ -22,27 +24,37 @@ from bitepoint.controllers import (
 from bitepoint.controllers.controller import Controller
 from bitepoint.kernels import Kernel
 from bitepoint.numerics.filters import butterworth_forward_backward
-from bitepoint.plants import dct, p2_hybrid
+from bitepoint.plants import conventional, dct, p2_hybrid
 from bitepoint.plants.plant import Plant
 from bitepoint.recording import Channel
 from bitepoint.records import Field
 from bitepoint.scenarios import LogSettings, Timing
 from bitepoint.simulation.loop import run_lane
 
-PLANTS: Mapping[str, Plant] = {plant.name: plant for plant in (dct.PLANT, p2_hybrid.PLANT)}
+PLANTS: Mapping[str, Plant] = {plant.name: plant for plant in (dct.PLANT, p2_hybrid.PLANT, conventional.PLANT)}
 """All plants, by name."""
 
 CONTROLLERS: Mapping[str, Controller] = {
     **{
         module.CONTROLLER.name: module.CONTROLLER
-        for module in (none, launch_pid, ddpc, ddpc_pso, launch_mpc, excitation, damping_mpc, damping_shaping)
+        for module in (
+            none,
+            launch_pid,
+            ddpc,
+            ddpc_pso,
+            launch_mpc,
+            excitation,
+            damping_mpc,
+            damping_shaping,
+            amt_control,
+        )
     },
     "undamped": undamped.CONTROLLER,
 }
 """All controllers, by name; that of a hybrid that does nothing stands as undamped, since `none` is that of a launch."""
 
 SUPERVISORS: Mapping[str, Controller] = {
-    module.CONTROLLER.name: module.CONTROLLER for module in (speed_driver, torque_split)
+    module.CONTROLLER.name: module.CONTROLLER for module in (speed_driver, torque_split, pedal_driver)
 }
 """Parts between driver and controller, by name."""
 

@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 from bitepoint.metrics.driveline import CostWeights, driveline
+from bitepoint.metrics.driving import driving
 from bitepoint.metrics.excitation import excitation
 from bitepoint.metrics.launch import launch
 from bitepoint.metrics.metric import Metrics
@@ -43,5 +44,6 @@ FAMILIES: Mapping[str, Family] = {
     "launch": Family(launch),
     "excitation": Family(excitation),
     "driveline": Family(driveline, CostWeights),
+    "driving": Family(driving),
 }
 """The sets of figures that a scenario can ask for."""

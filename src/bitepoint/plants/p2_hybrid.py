@@ -12,13 +12,10 @@ nothing, and a synchroniser brings the input to the speed of the next gear.
 
 from __future__ import annotations
 
-import numpy as np
-
-from bitepoint.errors import InputError
 from bitepoint.kernels import clamp, is_finite, kernel, to_index
 from bitepoint.numerics.dead_time import delayed, start_dead_time
 from bitepoint.numerics.integration import clearer, runge_kutta_4
-from bitepoint.parts.amt import ENGAGING_BAND, LEAST_RATIO, meshing_loss_torque, synchroniser_torque
+from bitepoint.parts.amt import ENGAGING_BAND, meshing_loss_torque, synchroniser_torque
 from bitepoint.parts.brake import brake_rate
 from bitepoint.parts.motor import electric_power, rate_limited, torque_bound, warming
 from bitepoint.parts.separating_clutch import separating_capacity
@@ -26,14 +23,8 @@ from bitepoint.parts.shaft import shaft_energy, shaft_loss, shaft_torque
 from bitepoint.parts.slider import slider_torque, twist_rate
 from bitepoint.parts.torque_engine import fuel_flow, idle_torque, torque_rate
 from bitepoint.parts.tyre import tyre_force, tyre_slip
-from bitepoint.plants.p2_hybrid_modes import (
-    NEUTRAL_RELAXATION,
-    ROLLING_FADE_SPEED,
-    follow_gear,
-    limit_motor,
-    longest_substep,
-    prepare,
-)
+from bitepoint.plants.checks import check_engine, check_gearbox
+from bitepoint.plants.p2_hybrid_modes import follow_gear, limit_motor, longest_substep, prepare
 from bitepoint.plants.p2_hybrid_records import (
     P2Inputs,
     P2Mode,
@@ -44,6 +35,7 @@ from bitepoint.plants.p2_hybrid_records import (
     P2Work,
 )
 from bitepoint.plants.plant import Plant
+from bitepoint.plants.stiffness import NEUTRAL_RELAXATION, ROLLING_FADE_SPEED
 from bitepoint.records import RecordArray
 
 
@@ -275,16 +267,8 @@ def step(p: P2Parameters, s: P2State, u: P2Inputs, y: P2Outputs, w: P2Work, dt: 
 
 def check(parameters: RecordArray, where: str) -> None:
     """Raise InputError where parameters, each in its range, contradict each other; see `Plant`."""
-    gearbox, engine = parameters["gearbox"], parameters["engine"]
-    for number in np.unique(gearbox["gear"]).tolist():
-        chosen = gearbox[gearbox["gear"] == number]
-        if (chosen["ratios"][:, number - 1] * chosen["final_drive"] < LEAST_RATIO).any():
-            mend = f"expected at least {LEAST_RATIO:g} with the final drive"
-            raise InputError(where, f"gearbox.ratios: gear {number} has no ratio", mend)
-    for low, high in (("firing_speed", "idle_speed"), ("idle_speed", "speed_limit")):
-        if (engine[low] >= engine[high]).any():
-            got = float(engine[low].max())
-            raise InputError(where, f"engine.{low}: got {got:g} rad/s", f"expected it below engine.{high}")
+    check_gearbox(parameters["gearbox"], where)
+    check_engine(parameters["engine"], where)
 
 
 PLANT = Plant("p2_hybrid", P2Parameters, P2State, P2Inputs, P2Outputs, P2Work, init, step, check)

@@ -9,15 +9,7 @@ from bitepoint.parts.amt import FRICTION_FADE_SPEED, LEAST_RATIO, SYNCHRONISER_B
 from bitepoint.parts.motor import hot_share, power_now
 from bitepoint.parts.tyre import SLIP_SPEED, slip_stiffness, weight_across, weight_along
 from bitepoint.plants.p2_hybrid_records import P2Mode, P2Parameters, P2State
-
-NEUTRAL_RELAXATION = 0.01
-"""Time constant with which half-shafts unwind in neutral, s (chosen: short against a shift)."""
-
-ROLLING_FADE_SPEED = 0.5
-"""Wheel speed below which the rolling resistance fades to 0, rad/s (chosen: 0.16 m/s at a car's wheel)."""
-
-STABILITY = 2.7
-"""Longest step times fastest rate; the Runge-Kutta rule of order 4 is stable up to 2.78 on the negative real axis."""
+from bitepoint.plants.stiffness import NEUTRAL_RELAXATION, ROLLING_FADE_SPEED, STABILITY, spring_rate
 
 BRAKING = 15.0
 """Deceleration that the length of a substep allows for within a step, m/s^2: what slows, stiffens the tyres."""
@@ -67,13 +59,6 @@ def limit_motor(p: P2Parameters, s: P2State) -> None:
     """Write into the mode what the motor can give, as hot as it is."""
     s.mode.motor_peak = p.motor.torque_limit * hot_share(p.motor, s.motion.motor_temperature)
     s.mode.motor_power = power_now(p.motor, s.motion.motor_temperature)
-
-
-@kernel
-def spring_rate(stiffness: float, damping: float, mobility: float) -> float:
-    """Return a bound of the rates, 1/s, of a spring and damper between inertias with this mobility."""
-    decay = 0.5 * damping * mobility
-    return decay + math.sqrt(abs(decay**2 - stiffness * mobility))
 
 
 @kernel

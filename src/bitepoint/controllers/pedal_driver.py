@@ -1,0 +1,274 @@
+"""Driver with an accelerator and a brake, who follows a speed or a plan, and chooses the gear.
+
+    u = gain (v* - v) + integral        throttle = u within 0..limit,  brake = -(u + rest) beyond a rest position
+    torque = drag + throttle (full load - drag)       at the present speed of the engine
+
+target: v* is the speed to follow, and gears follow a map: up where the engine turns faster than a line over the
+throttle, and the next gear not slower than the launch speed; down where the gear below would not be left at once.
+
+plan: v*, gear and torque come from a plan over distance. Its torque is fed forward, ahead by the lag of the engine, and
+u corrects it, likewise its gear, ahead by half a shift.
+
+The integral rests while the throttle is at a limit that the error asks to pass, and while the gearbox shifts. At a
+standstill that is wanted the brake holds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from bitepoint.controllers.controller import Controller
+from bitepoint.controllers.plan_table import PlanTable, planned_gear, planned_speed, planned_torque
+from bitepoint.files import library_yaml
+from bitepoint.kernels import clamp, is_finite, kernel, to_index
+from bitepoint.parts.amt import GEARS, AutomatedGearbox, gear_ratio
+from bitepoint.parts.torque_engine import TorqueEngine, fuel_cut_torque, highest_torque
+from bitepoint.records import Record, RecordArray, count, nested, quantity
+
+TARGET, PLAN = range(2)
+MODES = ("target", "plan")
+
+STANDING_SPEED = 0.05
+"""Speed to follow below which the driver wants to stand, m/s."""
+
+LEAST_SPAN = 1.0
+"""Least torque from drag to full load, N m: an engine that stands has none."""
+
+
+class PedalDriverCalibration(Record):
+    """What can be set."""
+
+    mode: int = count(0, 1, "what the driver follows", default=0, names=MODES)
+    throttle_gain: float = quantity("s/m", 0, 10, "throttle per error of the speed", default=0.288)
+    integral_gain: float = quantity("1/m", 0, 10, "rate of the throttle per error of the speed", default=0.036)
+    throttle_limit: float = quantity("1", 0.01, 1, "most throttle", default=0.7)
+    brake_rest: float = quantity("1", 0, 1, "how far the driver wants to be off the throttle to brake", default=0.1)
+    brake_gain: float = quantity("N*m", 0, 1e5, "torque of the brake per wish beyond that", default=2000.0)
+    hold_torque: float = quantity("N*m", 0, 1e5, "of the brake at a standstill", default=1000.0)
+    standstill_speed: float = quantity("m/s", 0, 3, "below which the vehicle may be held", default=0.3)
+    shift_up_low: float = quantity("rad/s", 50, 1500, "engine speed to shift up at no throttle", default=178.0)
+    shift_up_high: float = quantity("rad/s", 50, 1500, "the same at full throttle, linear between", default=366.0)
+    shift_down_share: float = quantity(
+        "1", 0.1, 1, "speed of the engine in the gear below, over that to shift up, to shift down", default=0.8
+    )
+    shift_pause: float = quantity("s", 0, 10, "shortest time in a gear", default=0.5)
+    gear_preview: float = quantity("s", 0, 5, "how far ahead the gear of the plan is taken", default=0.2)
+    feed_forward: int = count(0, 1, "1: the torque of the plan is fed forward", default=1)
+
+
+class PedalDriverParameters(Record):
+    """What the step reads."""
+
+    calibration: PedalDriverCalibration = nested(PedalDriverCalibration, "what can be set")
+    engine: TorqueEngine = nested(TorqueEngine, "the engine, whose full load and drag the throttle parts")
+    gearbox: AutomatedGearbox = nested(AutomatedGearbox, "the gears there are")
+    plan: PlanTable = nested(PlanTable, "the plan")
+    launch_speed: float = quantity("rad/s", 20, 500, "lowest speed of the engine in gear", default=100.0)
+    brake_limit: float = quantity("N*m", 0, 1e5, "highest torque of the brake")
+    gears: int = count(1, GEARS, "number of gears", default=1)
+
+
+class PedalDriverState(Record):
+    """Memory between two steps."""
+
+    gear: int = count(0, GEARS, "gear that the driver wants")
+    elapsed: float = quantity("s", 0, 1e6, "time in the gear")
+    integral: float = quantity("1", -1, 1, "integral part of the throttle")
+    throttle: float = quantity("1", 0, 1, "last throttle")
+
+
+class PedalDriverMeasurement(Record):
+    """What the driver sees."""
+
+    speed_target: float = quantity("m/s", 0, 100, "speed to follow")
+    vehicle_speed: float = quantity("m/s", -150, 150, "speed of the vehicle")
+    engine_speed: float = quantity("rad/s", -2000, 2000, "engine speed")
+    distance: float = quantity("m", -1e6, 1e6, "way since the start")
+    gear: float = quantity("1", 0, 8, "engaged gear; 0 while shifting")
+
+
+class PedalDriverCommand(Record):
+    """What the driver asks for."""
+
+    throttle: float = quantity("1", 0, 1, "throttle opening")
+    engine_torque_wanted: float = quantity("N*m", -500, 5000, "torque of the engine that the driver asks for")
+    brake_torque_command: float = quantity("N*m", 0, 1e5, "torque of the brake, all wheels together")
+    gear_wanted: float = quantity("1", 0, 8, "gear that the driver asks for; 0 keeps the one there is")
+    speed_wanted: float = quantity("m/s", 0, 100, "speed that the driver follows: the target's, or the plan's")
+
+
+@kernel
+def shift_up_speed(k: PedalDriverCalibration, throttle: float) -> float:
+    """Return the engine speed, rad/s, to shift up at, at a throttle of 0..1."""
+    return k.shift_up_low + (k.shift_up_high - k.shift_up_low) * throttle
+
+
+@kernel
+def mapped_gear(p: PedalDriverParameters, gear: int, engine_speed: float, throttle: float) -> int:
+    """Return the gear, 1.., that suits the engine speed (rad/s) in the gear there is: that one or its neighbour."""
+    now = max(min(gear, p.gears), 1)
+    up = min(now + 1, p.gears)
+    down = max(now - 1, 1)
+    ratio = max(gear_ratio(p.gearbox, now), 0.1)
+    line = shift_up_speed(p.calibration, throttle)
+    after = engine_speed * gear_ratio(p.gearbox, up) / ratio
+    before = engine_speed * gear_ratio(p.gearbox, down) / ratio
+    wanted = now
+    if engine_speed > line and after >= p.launch_speed:
+        wanted = up
+    elif before < p.calibration.shift_down_share * line:
+        wanted = down
+    return wanted
+
+
+@kernel
+def choose_gear(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, dt: float) -> None:
+    """Choose the gear by the plan or by the map; the map waits for the last choice and for the pause."""
+    s.elapsed = min(s.elapsed + dt, 1e6)
+    gear = to_index(m.gear + 0.5, 0, GEARS)
+    if p.calibration.mode == PLAN:
+        ahead = m.distance + p.calibration.gear_preview * m.vehicle_speed
+        planned = to_index(planned_gear(p.plan, ahead) + 0.5, 0, GEARS)
+        s.gear = min(planned, p.gears) if planned > 0 else s.gear
+    elif gear != s.gear:
+        s.elapsed = 0.0
+    elif gear > 0 and s.elapsed >= p.calibration.shift_pause:
+        speed = clamp(m.engine_speed, 0.0, 2000.0)
+        s.gear = mapped_gear(p, gear, speed, s.throttle)
+
+
+@kernel
+def speed_to_follow(p: PedalDriverParameters, m: PedalDriverMeasurement) -> float:
+    """Return the speed to follow, m/s: the target's, or the plan's here."""
+    return planned_speed(p.plan, m.distance) if p.calibration.mode == PLAN else clamp(m.speed_target, 0.0, 100.0)
+
+
+@kernel
+def share_ahead(p: PedalDriverParameters, m: PedalDriverMeasurement, drag: float, span: float) -> float:
+    """Return the throttle of the plan, as far ahead as the engine lags; below 0 where the plan brakes."""
+    ahead = m.distance + p.engine.lag * m.vehicle_speed
+    return clamp((planned_torque(p.plan, ahead) - drag) / span, -1.0, 1.0)
+
+
+@kernel
+def follow(
+    p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, c: PedalDriverCommand, dt: float
+) -> None:
+    """Write throttle, torque and brake that follow the speed."""
+    engine_speed = clamp(m.engine_speed, 0.0, 2000.0)
+    drag = fuel_cut_torque(p.engine, engine_speed)
+    span = max(highest_torque(p.engine, engine_speed) - drag, LEAST_SPAN)
+    error = clamp(c.speed_wanted - m.vehicle_speed, -150.0, 150.0)
+    limit = p.calibration.throttle_limit
+    ahead = 0.0
+    if p.calibration.mode == PLAN and p.calibration.feed_forward == 1:
+        ahead = share_ahead(p, m, drag, span)
+        limit = 1.0
+    wish = ahead + p.calibration.throttle_gain * error + s.integral
+    full = wish >= limit and error > 0.0
+    none = wish <= -p.calibration.brake_rest and error < 0.0
+    if m.gear > 0.5 and not full and not none:
+        s.integral = clamp(s.integral + p.calibration.integral_gain * error * dt, -1.0, 1.0)
+    s.throttle = clamp(wish, 0.0, limit)
+    c.throttle = s.throttle
+    c.engine_torque_wanted = clamp(drag + s.throttle * span, -500.0, 5000.0)
+    beyond = max(-wish - p.calibration.brake_rest, 0.0)
+    c.brake_torque_command = min(p.calibration.brake_gain * beyond, p.brake_limit)
+
+
+@kernel
+def hold(p: PedalDriverParameters, s: PedalDriverState, c: PedalDriverCommand) -> None:
+    """Write the commands that hold the vehicle."""
+    s.throttle = 0.0
+    s.integral = 0.0
+    s.gear = 1
+    c.throttle = 0.0
+    c.engine_torque_wanted = 0.0
+    c.brake_torque_command = min(p.calibration.hold_torque, p.brake_limit)
+
+
+@kernel
+def drive(
+    p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, c: PedalDriverCommand, dt: float
+) -> None:
+    """Write the commands: drive, or hold the vehicle where it is to stand."""
+    c.speed_wanted = speed_to_follow(p, m)
+    if c.speed_wanted < STANDING_SPEED and m.vehicle_speed < p.calibration.standstill_speed:
+        hold(p, s, c)
+    else:
+        follow(p, s, m, c, dt)
+    c.gear_wanted = float(s.gear)
+
+
+@kernel
+def init(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, c: PedalDriverCommand) -> None:
+    """Take over in the gear there is."""
+    s.gear = to_index(m.gear + 0.5, 0, GEARS)
+    s.elapsed = 0.0
+    s.integral = 0.0
+    s.throttle = 0.0
+    drive(p, s, m, c, 0.0)
+
+
+@kernel
+def step(
+    p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, c: PedalDriverCommand, dt: float
+) -> int:
+    """Follow the speed; return 0, or 1 where a measurement is no number, and leave the commands as they are."""
+    status = 1
+    if is_finite(m.speed_target + m.vehicle_speed) and is_finite(m.engine_speed + m.distance + m.gear):
+        status = 0
+        choose_gear(p, s, m, dt)
+        drive(p, s, m, c, dt)
+    return status
+
+
+def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
+    """Return the parameters for a vehicle (blocks engine, gearbox, clutch, brake), one record per calibration.
+
+    The plan is empty: `with_plan` gives one.
+    """
+    parameters = PedalDriverParameters.zeros(len(calibration))
+    parameters["calibration"] = calibration
+    for block in ("engine", "gearbox"):
+        parameters[block] = vehicle[block]
+    parameters["plan"]["spacing"] = PlanTable.fields["spacing"].default
+    parameters["launch_speed"] = vehicle["clutch"]["launch_speed"]
+    parameters["brake_limit"] = vehicle["brake"]["torque_limit"]
+    parameters["gears"] = int(np.argmin(np.append(vehicle["gearbox"]["ratios"][0], 0.0) > 0.0))
+    return parameters
+
+
+def with_plan(parameters: RecordArray, plan: RecordArray) -> RecordArray:
+    """Return the parameters of a driver who follows a plan, made by `plan_parameters`."""
+    changed = parameters.copy()
+    changed["plan"] = plan
+    changed["calibration"]["mode"] = PLAN
+    return changed
+
+
+@cache
+def calibrations() -> Mapping[str, Mapping[str, Any]]:
+    """Return the calibrations that ship, with their sources, by name."""
+    return library_yaml("controllers", "pedal_driver.yaml")
+
+
+CONTROLLER = Controller(
+    name="pedal_driver",
+    meaning="driver with throttle, brake and gear lever, who follows a speed or a plan",
+    plants=("conventional",),
+    calibration=PedalDriverCalibration,
+    calibrations=calibrations,
+    default_calibration="typical",
+    parameters=PedalDriverParameters,
+    state=PedalDriverState,
+    measurement=PedalDriverMeasurement,
+    command=PedalDriverCommand,
+    design=design,
+    init=init,
+    step=step,
+)
