@@ -1,0 +1,223 @@
+"""The cheapest way along a road: dynamic programming on a grid of v^2 at each station, refined around its answer.
+
+First the whole band of speeds is swept on a coarse grid. Then stages are halved, and the steps of the grid with them, in a
+tube around the last answer; and at last the steps alone. With equal stages the answer before is in the tube, since its nodes
+are nodes of the finer grid: the cost never rises. An answer that touches the rim of its tube is swept again around itself.
+
+From node to node there are accelerations in steps of dq / (2 ds) only: that is why the two are refined together, and why
+the steps go on alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bitepoint.models.plan import CostToGo, Floats, Integers
+from bitepoint.planning.speed_stage import NEVER, Stage
+from bitepoint.planning.speed_sweep import Sweep, sweep
+from bitepoint.planning.stations import Journey, Stations, place_stations
+from bitepoint.records import RecordArray
+
+MOST_TURNS = 6
+"""Most sweeps of one tube; each later one lies around the answer before."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """How finely it is searched.
+
+    Attributes:
+        spacing: longest stage of the first sweep, m; steps: of v^2 from the lowest to the highest speed there.
+        halvings: of the stages, each together with the steps; refinements: of the steps alone, after these.
+        reach: nodes of a tube to either side of the last answer.
+    """
+
+    spacing: float = 5.0
+    steps: int = 200
+    halvings: int = 2
+    refinements: int = 2
+    reach: int = 6
+
+    @property
+    def halved(self) -> Grid:
+        """The grid with stages and steps of half the size, in all its sweeps."""
+        return replace(self, spacing=self.spacing / 2.0, steps=2 * self.steps)
+
+
+class Steps(NamedTuple):
+    """Steps from station to station, arrays of shape (steps,): v^2 in m^2/s^2, gears from 1, `shift`: begins with one."""
+
+    start: Integers
+    end: Integers
+    before: Floats
+    after: Floats
+    old: Integers
+    gear: Integers
+    shift: Integers
+
+    def gears_by_stage(self, gears: int) -> Integers:
+        """Return 1 for the gear that each stage is driven in, shape (stages, gears), else 0."""
+        gear = np.repeat(self.gear, self.end - self.start)
+        return (gear[:, np.newaxis] == np.arange(1, gears + 1)).astype(np.int64)
+
+
+class Answer(NamedTuple):
+    """The best steps on a grid, their cost (kg), and whether they touch the rim of the tube that was searched."""
+
+    stations: Stations
+    steps: Steps
+    cost: float
+    rim: bool
+
+    @property
+    def squared(self) -> Floats:
+        """v^2 at the stations, m^2/s^2; linear in distance over stations that a step passes."""
+        s = self.stations.distance
+        at = np.append(self.steps.start, self.steps.end[-1])
+        return np.interp(s, s[at], np.append(self.steps.before, self.steps.after[-1]))
+
+
+class SpeedProgram:
+    """All plans of one vehicle on one journey.
+
+    Args:
+        task: the vehicle, its limits and prices: one record `SpeedTask`, which may be changed between solutions.
+        journey: what is to be driven.
+        grid: how finely.
+    """
+
+    def __init__(self, task: RecordArray, journey: Journey, grid: Grid) -> None:
+        self.task, self.journey, self.grid = task, journey, grid
+        self.gears = int(task["gears"][0])
+        self._places: dict[int, Stations] = {}
+
+    def stations(self, halvings: int) -> Stations:
+        """Return the stations after some halvings of the stages."""
+        if halvings not in self._places:
+            self._places[halvings] = place_stations(self.journey, self.grid.spacing, halvings)
+        return self._places[halvings]
+
+    def solve(self) -> tuple[Answer | None, CostToGo]:
+        """Return the best steps, None where there is no way, and the cost to go over the whole band of speeds."""
+        grid, places = self.grid, self.stations(0)
+        answer, value, grids = self._search(places, _whole(places, grid.steps), None)
+        speed, to_go = _speeds(grids, value.shape[2]), np.where(value < NEVER, value, np.inf)
+        if answer is not None:
+            for halvings in range(1, grid.halvings + 1):
+                answer = self.refined(answer, self.stations(halvings), grid.steps * 2**halvings)
+            for refinement in range(1, grid.refinements + 1):
+                answer = self.refined(answer, answer.stations, grid.steps * 2 ** (grid.halvings + refinement))
+        return answer, CostToGo(places.distance, speed, to_go)
+
+    def refined(self, answer: Answer, stations: Stations, steps: int, gears: Integers | None = None) -> Answer:
+        """Return the best steps in a tube around an answer; the answer itself where there is no way in the tube.
+
+        Args:
+            steps: of v^2 from the lowest to the highest speed of each station.
+            gears: 1 for each stage (row) and gear (column) that may be driven in; None: all.
+        """
+        squared = np.interp(stations.distance, answer.stations.distance, answer.squared)
+        reach = self.grid.reach
+        for _ in range(MOST_TURNS):
+            found, _, _ = self._search(stations, _tube(stations, squared, steps, reach), gears)
+            if found is None:
+                reach *= 2
+                continue
+            answer, squared = found, found.squared
+            if not found.rim:
+                break
+        return answer
+
+    def _search(
+        self, stations: Stations, grids: Floats, gears: Integers | None
+    ) -> tuple[Answer | None, NDArray[np.float64], Floats]:
+        """Return the best steps, and the value of every node, kg, shape (stations, gears, width)."""
+        count, width, g = len(grids), int(grids[:, 2].max()), self.gears
+        allowed = np.ones((count - 1, g), np.int64) if gears is None else gears
+        road = np.column_stack((stations.length.round(9), stations.grade.round(12), self._least(stations)))
+        flags = self._flags(stations, road, grids, allowed)
+        plan = Sweep.zeros()
+        plan["stations"], plan["gears"], plan["width"] = count, g, width
+        edge, reach = np.empty(g * width * (2 * width + g)), np.empty((4 * g + 1) * width, np.int64)
+        value, policy = np.full((count, g, width), NEVER), np.zeros((count, g, width), np.int64)
+        value[-1] = self._end_cost(grids[-1], width)
+        flat = (road.ravel(), grids.ravel(), flags, edge, reach, value.reshape(-1), policy.reshape(-1))
+        sweep.run(plan, self.task, Stage.zeros(), *flat)
+        return self._follow(stations, grids, value, policy), value, grids
+
+    def _least(self, stations: Stations) -> Floats:
+        return np.full(len(stations.grade), self.journey.minimum_acceleration)
+
+    def _end_cost(self, grid: Floats, width: int) -> Floats:
+        """Return the cost of ending at each node of the last station, kg: what its kinetic energy is worth, negative."""
+        body = self.task["model"]["vehicle"]
+        mass = body["mass"][0] + self.task["model"]["wheel_inertia"][0] / body["wheel_radius"][0] ** 2
+        squared = grid[0] + grid[1] * np.arange(width)
+        return np.where(np.arange(width) < grid[2], -0.5 * mass * self.journey.end_value * squared, NEVER)
+
+    def _flags(self, stations: Stations, road: Floats, grids: Floats, allowed: Integers) -> Integers:
+        """Return the flags of a sweep: standing, costs as those of the stage after it; gears that may be driven in."""
+        count = len(grids)
+        same = np.zeros(count, np.int64)
+        alike = (road[:-1] == road[1:]).all(axis=1) & (allowed[:-1] == allowed[1:]).all(axis=1)
+        alike &= (grids[:-2] == grids[1:-1]).all(axis=1) & (grids[1:-1] == grids[2:]).all(axis=1)
+        alike &= ~(stations.stops[1:-1] | stations.stops[2:])
+        fastest = float(np.sqrt(stations.high.max())) + 1.0
+        span = int(np.ceil(fastest * self.task["shift_time"][0] / stations.length.min())) + 2
+        if len(alike) >= span:
+            same[: len(alike) - span + 1] = np.lib.stride_tricks.sliding_window_view(alike, span).all(axis=1)
+        standing = stations.stops | (stations.high == 0.0)
+        return np.concatenate((np.column_stack((standing, same)).ravel(), allowed.ravel())).astype(np.int64)
+
+    def _follow(
+        self, stations: Stations, grids: Floats, value: NDArray[np.float64], policy: NDArray[np.int64]
+    ) -> Answer | None:
+        """Return the best steps from the start; None where there is no way."""
+        count, gears, width = value.shape
+        start = self.journey.start_gear
+        g = int(np.argmin(value[0, :, 0])) if start is None else start - 1
+        if value[0, g, 0] >= NEVER:
+            return None
+        k, i, rows, rim = 0, 0, list[tuple[float, ...]](), False
+        while k < count - 1:
+            code, j = divmod(int(policy[k, g, i]), width)
+            span, new = divmod(code, 2 * gears + 1)
+            if new > gears:
+                g = new - gears - 1
+                continue
+            m, shift = k + max(span, 1), new > 0
+            new = new - 1 if shift else g
+            before, after = grids[k, 0] + grids[k, 1] * i, grids[m, 0] + grids[m, 1] * j
+            rows.append((k, m, before, after, g + 1, new + 1, shift))
+            low = j == 0 and grids[m, 0] > stations.low[m]
+            rim |= low or (j == grids[m, 2] - 1 and after < stations.high[m] - 1e-9)
+            k, i, g = m, j, new
+        columns = [np.array(column) for column in zip(*rows, strict=True)]
+        kinds = (np.int64, np.int64, np.float64, np.float64, np.int64, np.int64, np.int64)
+        steps = Steps(*(column.astype(kind) for column, kind in zip(columns, kinds, strict=True)))
+        return Answer(stations, steps, float(value[0, int(steps.old[0]) - 1, 0]), rim)
+
+
+def _whole(stations: Stations, steps: int) -> Floats:
+    """Return the grids of the whole band, shape (stations, 3): lowest v^2, step, nodes."""
+    step = (stations.high - stations.low) / steps
+    return np.column_stack((stations.low, step, np.where(step > 0.0, steps + 1, 1)))
+
+
+def _tube(stations: Stations, squared: Floats, steps: int, reach: int) -> Floats:
+    """Return the part of the grids of the whole band that is near `squared`, likewise."""
+    step = (stations.high - stations.low) / steps
+    middle = np.round((squared - stations.low) / np.where(step > 0.0, step, 1.0))
+    first = np.clip(middle - reach, 0.0, max(steps - 2 * reach, 0))
+    nodes = np.where(step > 0.0, min(2 * reach, steps) + 1, 1)
+    return np.column_stack((stations.low + np.where(step > 0.0, first, 0.0) * step, step, nodes))
+
+
+def _speeds(grids: Floats, width: int) -> Floats:
+    node = np.arange(width)
+    squared = grids[:, :1] + grids[:, 1:2] * node
+    return np.sqrt(np.where(node < grids[:, 2:], squared, np.nan))
