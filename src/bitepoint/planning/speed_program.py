@@ -17,10 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bitepoint.models.plan import CostToGo, Floats, Integers
+from bitepoint.models.longitudinal import driving_force, engine_speed_for
+from bitepoint.parts.body import Road
+from bitepoint.parts.torque_engine import highest_torque
 from bitepoint.planning.speed_stage import NEVER, Stage
 from bitepoint.planning.speed_sweep import Sweep, sweep
 from bitepoint.planning.stations import Journey, Stations, place_stations
 from bitepoint.records import RecordArray
+
+REACH_POINTS = 200
+"""Points of v^2 at which the highest acceleration is told, to see what the start can reach."""
 
 MOST_TURNS = 6
 """Most sweeps of one tube; each later one lies around the answer before."""
@@ -38,9 +44,14 @@ class Grid:
 
     spacing: float = 5.0
     steps: int = 200
-    halvings: int = 2
+    halvings: int = 0
     refinements: int = 2
     reach: int = 6
+
+    @property
+    def finest(self) -> int:
+        """Steps of v^2 at the end."""
+        return self.steps * 2 ** (self.halvings + self.refinements)
 
     @property
     def halved(self) -> Grid:
@@ -94,6 +105,7 @@ class SpeedProgram:
         self.task, self.journey, self.grid = task, journey, grid
         self.gears = int(task["gears"][0])
         self._places: dict[int, Stations] = {}
+        self._lowest_grade = float(self.stations(0).grade.min())
 
     def stations(self, halvings: int) -> Stations:
         """Return the stations after some halvings of the stages."""
@@ -140,6 +152,7 @@ class SpeedProgram:
         allowed = np.ones((count - 1, g), np.int64) if gears is None else gears
         road = np.column_stack((stations.length.round(9), stations.grade.round(12), self._least(stations)))
         flags = self._flags(stations, road, grids, allowed)
+        grids = np.column_stack((grids, self._reachable(stations, grids)))
         plan = Sweep.zeros()
         plan["stations"], plan["gears"], plan["width"] = count, g, width
         edge, reach = np.empty(g * width * (2 * width + g)), np.empty((4 * g + 1) * width, np.int64)
@@ -164,14 +177,41 @@ class SpeedProgram:
         count = len(grids)
         same = np.zeros(count, np.int64)
         alike = (road[:-1] == road[1:]).all(axis=1) & (allowed[:-1] == allowed[1:]).all(axis=1)
-        alike &= (grids[:-2] == grids[1:-1]).all(axis=1) & (grids[1:-1] == grids[2:]).all(axis=1)
+        alike &= (grids[:-2, :3] == grids[1:-1, :3]).all(axis=1) & (grids[1:-1, :3] == grids[2:, :3]).all(axis=1)
         alike &= ~(stations.stops[1:-1] | stations.stops[2:])
-        fastest = float(np.sqrt(stations.high.max())) + 1.0
-        span = int(np.ceil(fastest * self.task["shift_time"][0] / stations.length.min())) + 2
-        if len(alike) >= span:
-            same[: len(alike) - span + 1] = np.lib.stride_tricks.sliding_window_view(alike, span).all(axis=1)
+        longest = (float(np.sqrt(stations.high.max())) + 1.0) * self.task["shift_time"][0]
+        reached = np.searchsorted(stations.distance, stations.distance[:-2] + longest) + 1
+        unlike = np.concatenate(([0], np.cumsum(~alike)))
+        inside = reached <= len(alike)
+        same[: count - 2] = inside & (unlike[np.where(inside, reached, 0)] == unlike[:-1])
         standing = stations.stops | (stations.high == 0.0)
         return np.concatenate((np.column_stack((standing, same)).ravel(), allowed.ravel())).astype(np.int64)
+
+    def _reachable(self, stations: Stations, grids: Floats) -> Floats:
+        """Return how many nodes of each station, from the lowest on, the start can reach."""
+        top = float(stations.high.max()) + 1e-9
+        steepest = self._steepest(np.linspace(0.0, top, REACH_POINTS + 1))
+        most = stations.high.copy()
+        for k, length in enumerate(stations.length):
+            step = 2.0 * steepest[int(most[k] / top * REACH_POINTS)] * length
+            most[k + 1] = min(most[k] + step, most[k + 1])
+        node = (most - grids[:, 0]) / np.where(grids[:, 1] > 0.0, grids[:, 1], 1.0)
+        return np.clip(np.ceil(node) + 1.0, 1.0, grids[:, 2])
+
+    def _steepest(self, squared: Floats) -> Floats:
+        """Return an acceleration, m/s^2, that the vehicle stays below from each v^2 (rising, m^2/s^2) on."""
+        model, lanes = self.task["model"], len(squared)
+        road = Road.zeros()
+        road["grade"], speed = self._lowest_grade, np.sqrt(squared)
+        rest = driving_force.run(model, road, speed, 0.0)
+        mass = driving_force.run(model, road, 0.0, 1.0) - driving_force.run(model, road, 0.0, 0.0)
+        best = np.zeros(lanes)
+        for gear in range(1, self.gears + 1):
+            engine = engine_speed_for.run(model, gear, speed)
+            torque = highest_torque.run(model["engine"], engine)
+            pull = torque * model["gearbox"]["ratios"][0, gear - 1] * model["gearbox"]["final_drive"]
+            best = np.maximum(best, (pull / model["vehicle"]["wheel_radius"] - rest) / mass)
+        return np.maximum.accumulate(best[::-1])[::-1]
 
     def _follow(
         self, stations: Stations, grids: Floats, value: NDArray[np.float64], policy: NDArray[np.int64]
@@ -220,4 +260,4 @@ def _tube(stations: Stations, squared: Floats, steps: int, reach: int) -> Floats
 def _speeds(grids: Floats, width: int) -> Floats:
     node = np.arange(width)
     squared = grids[:, :1] + grids[:, 1:2] * node
-    return np.sqrt(np.where(node < grids[:, 2:], squared, np.nan))
+    return np.sqrt(np.where(node < grids[:, 2:3], squared, np.nan))
