@@ -10,6 +10,7 @@ the steps go on alone.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -17,16 +18,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bitepoint.models.plan import CostToGo, Floats, Integers
-from bitepoint.models.longitudinal import driving_force, engine_speed_for
-from bitepoint.parts.body import Road
+from bitepoint.models.longitudinal import engine_speed_for
 from bitepoint.parts.torque_engine import highest_torque
 from bitepoint.planning.speed_stage import NEVER, Stage
 from bitepoint.planning.speed_sweep import Sweep, sweep
 from bitepoint.planning.stations import Journey, Stations, place_stations
 from bitepoint.records import RecordArray
+from bitepoint.units import STANDARD_GRAVITY
 
 REACH_POINTS = 200
 """Points of v^2 at which the highest acceleration is told, to see what the start can reach."""
+
+EASE = 0.8
+"""Share of the highest pull that a vehicle is trusted with uphill, gears and shifts taken off, before its speed gives way."""
 
 MOST_TURNS = 6
 """Most sweeps of one tube; each later one lies around the answer before."""
@@ -105,13 +109,30 @@ class SpeedProgram:
         self.task, self.journey, self.grid = task, journey, grid
         self.gears = int(task["gears"][0])
         self._places: dict[int, Stations] = {}
-        self._lowest_grade = float(self.stations(0).grade.min())
+        body, model = task["model"]["vehicle"], task["model"]
+        self._mass = float(body["mass"][0] + model["wheel_inertia"][0] / body["wheel_radius"][0] ** 2)
+        self._weight = float(body["mass"][0]) / self._mass
+        self._rolling = STANDARD_GRAVITY * self._weight * float(body["rolling_resistance"][0])
+        area = float(body["drag_coefficient"][0] * body["frontal_area"][0])
+        self._air = 0.5 * float(task["road"]["air_density"][0]) * area / self._mass
 
     def stations(self, halvings: int) -> Stations:
         """Return the stations after some halvings of the stages."""
         if halvings not in self._places:
-            self._places[halvings] = place_stations(self.journey, self.grid.spacing, halvings)
+            self._places[halvings] = self._eased(place_stations(self.journey, self.grid.spacing, halvings))
         return self._places[halvings]
+
+    def _eased(self, places: Stations) -> Stations:
+        """Return stations whose lowest speed gives way where the engine cannot hold it uphill."""
+        if self.journey.lowest_speed <= 0.0:
+            return places
+        top = float(places.high.max()) + 1e-9
+        pull = EASE * self._pull(np.linspace(0.0, top, REACH_POINTS + 1))
+        low = places.low.copy()
+        for k, length in enumerate(places.length):
+            gain = pull[int(low[k] / top * REACH_POINTS)] - self._resistance(places.grade[k], low[k])
+            low[k + 1] = max(min(low[k] + 2.0 * gain * length, low[k + 1]), 0.0)
+        return replace(places, low=low)
 
     def solve(self) -> tuple[Answer | None, CostToGo]:
         """Return the best steps, None where there is no way, and the cost to go over the whole band of speeds."""
@@ -167,10 +188,8 @@ class SpeedProgram:
 
     def _end_cost(self, grid: Floats, width: int) -> Floats:
         """Return the cost of ending at each node of the last station, kg: what its kinetic energy is worth, negative."""
-        body = self.task["model"]["vehicle"]
-        mass = body["mass"][0] + self.task["model"]["wheel_inertia"][0] / body["wheel_radius"][0] ** 2
         squared = grid[0] + grid[1] * np.arange(width)
-        return np.where(np.arange(width) < grid[2], -0.5 * mass * self.journey.end_value * squared, NEVER)
+        return np.where(np.arange(width) < grid[2], -0.5 * self._mass * self.journey.end_value * squared, NEVER)
 
     def _flags(self, stations: Stations, road: Floats, grids: Floats, allowed: Integers) -> Integers:
         """Return the flags of a sweep: standing, costs as those of the stage after it; gears that may be driven in."""
@@ -190,28 +209,27 @@ class SpeedProgram:
     def _reachable(self, stations: Stations, grids: Floats) -> Floats:
         """Return how many nodes of each station, from the lowest on, the start can reach."""
         top = float(stations.high.max()) + 1e-9
-        steepest = self._steepest(np.linspace(0.0, top, REACH_POINTS + 1))
+        pull = np.maximum.accumulate(self._pull(np.linspace(0.0, top, REACH_POINTS + 1))[::-1])[::-1]
         most = stations.high.copy()
         for k, length in enumerate(stations.length):
-            step = 2.0 * steepest[int(most[k] / top * REACH_POINTS)] * length
-            most[k + 1] = min(most[k] + step, most[k + 1])
+            gain = pull[int(most[k] / top * REACH_POINTS)] - self._resistance(stations.grade[k], 0.0)
+            most[k + 1] = min(most[k] + 2.0 * gain * length, most[k + 1])
         node = (most - grids[:, 0]) / np.where(grids[:, 1] > 0.0, grids[:, 1], 1.0)
         return np.clip(np.ceil(node) + 1.0, 1.0, grids[:, 2])
 
-    def _steepest(self, squared: Floats) -> Floats:
-        """Return an acceleration, m/s^2, that the vehicle stays below from each v^2 (rising, m^2/s^2) on."""
-        model, lanes = self.task["model"], len(squared)
-        road = Road.zeros()
-        road["grade"], speed = self._lowest_grade, np.sqrt(squared)
-        rest = driving_force.run(model, road, speed, 0.0)
-        mass = driving_force.run(model, road, 0.0, 1.0) - driving_force.run(model, road, 0.0, 0.0)
-        best = np.zeros(lanes)
+    def _pull(self, squared: Floats) -> Floats:
+        """Return what the engine in its best gear can accelerate the vehicle by at each v^2, m/s^2, before the gears."""
+        model, speed, best = self.task["model"], np.sqrt(squared), np.zeros(len(squared))
         for gear in range(1, self.gears + 1):
-            engine = engine_speed_for.run(model, gear, speed)
-            torque = highest_torque.run(model["engine"], engine)
-            pull = torque * model["gearbox"]["ratios"][0, gear - 1] * model["gearbox"]["final_drive"]
-            best = np.maximum(best, (pull / model["vehicle"]["wheel_radius"] - rest) / mass)
-        return np.maximum.accumulate(best[::-1])[::-1]
+            torque = highest_torque.run(model["engine"], engine_speed_for.run(model, gear, speed))
+            ratio = model["gearbox"]["ratios"][0, gear - 1] * model["gearbox"]["final_drive"][0]
+            best = np.maximum(best, torque * ratio / model["vehicle"]["wheel_radius"][0])
+        return best / self._mass
+
+    def _resistance(self, grade: float, squared: float) -> float:
+        """Return what slope, rolling and air slow the vehicle down by, m/s^2."""
+        slope = math.sin(math.atan(grade))
+        return self._rolling * math.sqrt(1.0 - slope**2) + STANDARD_GRAVITY * self._weight * slope + self._air * squared
 
     def _follow(
         self, stations: Stations, grids: Floats, value: NDArray[np.float64], policy: NDArray[np.int64]
