@@ -44,7 +44,7 @@ class CostToGo:
 class SpeedPlan:
     """A plan over distance, or why there is none: then figures are NaN and arrays empty.
 
-    Arrays have shape (points,). Between two points the acceleration is constant, so that v^2 is linear in distance; what
+    Arrays have shape (points,). Between two points the acceleration is constant, so v^2 is linear in distance; what
     holds on such a stretch (gear and all after it) stands at its first point, and once more at the last.
 
     Attributes:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bitepoint.models.plan import SpeedPlan
+from bitepoint.models.plan import Floats, SpeedPlan
 from bitepoint.parts.torque_engine import fuel_flow, highest_torque
 from bitepoint.planning.speed_planner import Limits, SpeedPlanner
 from bitepoint.planning.speed_program import Grid
@@ -83,8 +83,10 @@ def best_efficiency_fuel(model: RecordArray, plan: SpeedPlan) -> float:
     """
     work = float(np.sum(np.maximum(plan.force[:-1] + plan.brake_force[:-1], 0.0) * np.diff(plan.distance)))
     engine = model["engine"]
-    speed, share = np.meshgrid(np.linspace(model["launch_speed"][0], engine["speed_limit"][0], 200), np.arange(0.02, 1.01, 0.01))
-    speed = speed.ravel()
-    torque = highest_torque.run(engine, speed) * share.ravel()
+    limits = float(model["launch_speed"][0]), float(engine["speed_limit"][0])
+    speeds: Floats = np.linspace(*limits, 200)
+    shares = np.arange(0.02, 1.01, 0.01)
+    speed: Floats = np.repeat(speeds, len(shares))
+    torque: Floats = highest_torque.run(engine, speed) * np.tile(shares, len(speeds))
     per_joule = float(np.min(fuel_flow.run(engine, speed, torque) / (speed * torque)))
     return work / float(model["gearbox"]["efficiency"][0]) * per_joule

@@ -49,7 +49,7 @@ def _rows(
     names = ("engine_torque", "engine_speed", "brake_force", "force")
     parts = [stage[name] for name in names]
     driving = np.column_stack((length, after, v1, stage["time"], stage["fuel"], steps.gear, zero, *parts))
-    rows = np.stack((rolling, driving), axis=1).reshape(2 * n, -1)
+    rows: Floats = np.stack((rolling, driving), axis=1).reshape(2 * n, -1).astype(np.float64)
     return rows[np.column_stack((steps.shift > 0, one > 0)).ravel()]
 
 

@@ -1,7 +1,7 @@
 """Predictive cruise: speed and gear over the hills ahead, within a band around a set speed.
 
-The same programme as for a launch, over a longer road: as a whole, or in windows that move with the vehicle. A window does
-not spend the kinetic energy that is left at its end: it is worth there what the engine takes to make it.
+The same programme as for a launch, over a longer road: as a whole, or in windows that move with the vehicle. A window
+does not spend the kinetic energy that is left at its end: it is worth there what the engine takes to make it.
 """
 
 from __future__ import annotations
@@ -47,7 +47,9 @@ class Cruise:
 
     def __post_init__(self) -> None:
         if not 0.0 < self.band < self.set_speed:
-            raise InputError("cruise", f"band: got {self.band:g} m/s", "expected more than 0 and less than the set speed")
+            raise InputError(
+                "cruise", f"band: got {self.band:g} m/s", "expected more than 0 and less than the set speed"
+            )
         if not 0.0 < self.advance <= self.horizon:
             raise InputError("cruise", f"advance: got {self.advance:g} m", "expected more than 0, up to the horizon")
 
@@ -119,7 +121,7 @@ def compare_cruise(
 
 @dataclass(frozen=True)
 class Window:
-    """One planning of a moving vehicle: where it was, m, and the plan from there on, its distance counted from there."""
+    """One planning of a moving vehicle: where it was, m, and the plan from there on, its distances from there."""
 
     position: float
     plan: SpeedPlan
@@ -165,10 +167,16 @@ class RecedingCruise:
         while position < end - 1e-6:
             plan = self.plan(position, speed, gear)
             if not plan.optimal:
-                raise InputError("cruise", f"at {position:.0f} m: {plan.reason}", "expected a road that the vehicle climbs")
+                raise InputError(
+                    "cruise", f"at {position:.0f} m: {plan.reason}", "expected a road that the vehicle climbs"
+                )
             cut = self._cut(plan, end - position)
             yield Window(position, _until(plan, cut))
-            position, speed, gear = position + float(plan.distance[cut]), float(plan.speed[cut]), int(plan.gear[cut - 1])
+            position, speed, gear = (
+                position + float(plan.distance[cut]),
+                float(plan.speed[cut]),
+                int(plan.gear[cut - 1]),
+            )
 
     def drive(self) -> SpeedPlan:
         """Return what the windows drive, one after the other.
@@ -211,5 +219,9 @@ def road_window(road: RoadProfile, start: float, end: float) -> PlainRoad:
 
 def _until(plan: SpeedPlan, cut: int) -> SpeedPlan:
     """Return a plan up to one of its points."""
-    arrays = {f.name: getattr(plan, f.name)[: cut + 1] for f in fields(SpeedPlan) if isinstance(getattr(plan, f.name), np.ndarray)}
+    arrays = {
+        f.name: getattr(plan, f.name)[: cut + 1]
+        for f in fields(SpeedPlan)
+        if isinstance(getattr(plan, f.name), np.ndarray)
+    }
     return replace(plan, cost_to_go=None, **arrays)

@@ -1,6 +1,6 @@
 """Plans of speed and gear for one vehicle on one journey: at a price of time, at a time, and the front between both.
 
-    least  fuel + price * time + what shifts cost - what the kinetic energy at the end is worth
+least  fuel + price * time + what shifts cost - what the kinetic energy at the end is worth
 """
 
 from __future__ import annotations
@@ -28,6 +28,13 @@ FIRST_PRICE = 1e-3
 MOST_PRICES = 12
 """Most prices that are tried for a time, with any gears, and again with those of the plans on either side of it."""
 
+MOST_GEARS = 3
+"""Sequences of gears, of the plans next to a time, that are tried for it."""
+
+RAMP_TIME = 0.15
+"""Time without traction of a shift beyond the one in neutral, s: half of 0.1 s in which the torque goes, and half of
+0.2 s in which it comes back (chosen)."""
+
 TIME_TOLERANCE = 1e-4
 """Share of the wanted time by which a plan may miss it."""
 
@@ -37,8 +44,7 @@ class Limits:
     """What a plan keeps to, beside the journey.
 
     Attributes:
-        shift_time: time without traction of a shift, s; None: that of the gearbox in neutral. Where torque comes and
-            goes on ramps, half of both ramps belongs to it.
+        shift_time: time without traction of a shift, s; None: that of the gearbox in neutral and RAMP_TIME.
         shift_price: fuel that a shift is worth beyond what it takes, kg: keeps shifts few.
         acceleration: highest, m/s^2.
         air_density: kg/m^3.
@@ -57,8 +63,8 @@ class TimedPlan:
     Attributes:
         plan: the best that was found; it misses the time by up to 1e-4 of it, more where it says so.
         fuel: what it would take at exactly that time, kg: the rest is valued at its price of time.
-        bound: fuel that no plan of that time undercuts on this grid, kg, from the prices that were tried: the convex
-            hull of the front. Gears make gaps in it.
+        bound: fuel that no plan of that time undercuts on the planner's grid, kg, from the prices that were tried: the
+            convex hull of the front, in which gears make gaps. The plan itself is on a grid four times as fine.
     """
 
     plan: SpeedPlan
@@ -67,7 +73,7 @@ class TimedPlan:
 
     @property
     def gap(self) -> float:
-        """Share of the fuel by which the plan may be away from the best of its time."""
+        """Share of the fuel by which the plan may be away from the best of its time; below 0 by what the grid gives."""
         return 1.0 - self.bound / self.fuel
 
 
@@ -77,7 +83,9 @@ def speed_task(model: RecordArray, limits: Limits) -> RecordArray:
     Raises:
         InputError: a limit that is negative.
     """
-    shift_time = float(model["gearbox"]["shift_time"][0]) if limits.shift_time is None else limits.shift_time
+    shift_time = limits.shift_time
+    if shift_time is None:
+        shift_time = float(model["gearbox"]["shift_time"][0]) + RAMP_TIME
     figures = {"shift_time": shift_time, "shift_price": limits.shift_price, "acceleration": limits.acceleration}
     for name, figure in figures.items():
         if not 0.0 <= figure < math.inf:
@@ -157,11 +165,10 @@ class SpeedPlanner:
             return TimedPlan(slow, slow.total_fuel, slow.total_fuel)
         _search_price(any_gears, total_time, slow)
         bound = max(plan.cost - plan.time_price * total_time for plan, _ in tried)
-        later = [pair for pair in tried if pair[0].total_time >= total_time]
-        sooner = [pair for pair in tried if pair[0].total_time < total_time]
-        near = [min(later, key=lambda pair: pair[0].total_time)] if later else []
-        near += [max(sooner, key=lambda pair: pair[0].total_time)] if sooner else []
-        plans = [self._with_gears(pair, total_time) for pair in near]
+        tried.sort(key=lambda pair: abs(pair[0].total_time - total_time))
+        by_gears = {pair[1].steps.gears_by_stage(8).tobytes(): pair for pair in reversed(tried)}
+        near = sorted(by_gears.values(), key=lambda pair: abs(pair[0].total_time - total_time))
+        plans = [self._with_gears(pair, total_time) for pair in near[:MOST_GEARS]]
         best = min(plans, key=lambda plan: _missed(plan, total_time))
         return TimedPlan(best, best.total_fuel + best.time_price * (best.total_time - total_time), bound)
 
@@ -228,4 +235,3 @@ def _search_price(
         plans.append(middle)
         low, high = (middle, high) if middle.total_time > total_time else (low, middle)
     return [plan for plan in plans if plan.optimal]
-

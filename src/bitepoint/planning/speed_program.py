@@ -1,11 +1,12 @@
 """The cheapest way along a road: dynamic programming on a grid of v^2 at each station, refined around its answer.
 
-First the whole band of speeds is swept on a coarse grid. Then stages are halved, and the steps of the grid with them, in a
-tube around the last answer; and at last the steps alone. With equal stages the answer before is in the tube, since its nodes
-are nodes of the finer grid: the cost never rises. An answer that touches the rim of its tube is swept again around itself.
+First the whole band of speeds is swept on a coarse grid. Then stages are halved, and the steps of the grid with them,
+in a tube around the last answer; and at last the steps alone. With equal stages the answer before is in the tube, since
+its nodes are nodes of the finer grid: the cost never rises. An answer that touches the rim of its tube is swept again
+around itself.
 
-From node to node there are accelerations in steps of dq / (2 ds) only: that is why the two are refined together, and why
-the steps go on alone.
+From node to node there are accelerations in steps of dq / (2 ds) only: that is why the two are refined together, and
+why the steps go on alone.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bitepoint.models.plan import CostToGo, Floats, Integers
 from bitepoint.models.longitudinal import engine_speed_for
+from bitepoint.models.plan import CostToGo, Floats, Integers
 from bitepoint.parts.torque_engine import highest_torque
 from bitepoint.planning.speed_stage import NEVER, Stage
 from bitepoint.planning.speed_sweep import Sweep, sweep
@@ -30,7 +31,7 @@ REACH_POINTS = 200
 """Points of v^2 at which the highest acceleration is told, to see what the start can reach."""
 
 EASE = 0.8
-"""Share of the highest pull that a vehicle is trusted with uphill, gears and shifts taken off, before its speed gives way."""
+"""Share of the highest pull that a vehicle is trusted with uphill, for what gears and shifts take; else it may slow."""
 
 MOST_TURNS = 6
 """Most sweeps of one tube; each later one lies around the answer before."""
@@ -64,7 +65,7 @@ class Grid:
 
 
 class Steps(NamedTuple):
-    """Steps from station to station, arrays of shape (steps,): v^2 in m^2/s^2, gears from 1, `shift`: begins with one."""
+    """Steps between stations, arrays of shape (steps,): v^2 in m^2/s^2, gears from 1; `shift`: it begins with one."""
 
     start: Integers
     end: Integers
@@ -187,7 +188,7 @@ class SpeedProgram:
         return np.full(len(stations.grade), self.journey.minimum_acceleration)
 
     def _end_cost(self, grid: Floats, width: int) -> Floats:
-        """Return the cost of ending at each node of the last station, kg: what its kinetic energy is worth, negative."""
+        """Return the cost of ending at each node of the last station, kg: less what its kinetic energy is worth."""
         squared = grid[0] + grid[1] * np.arange(width)
         return np.where(np.arange(width) < grid[2], -0.5 * self._mass * self.journey.end_value * squared, NEVER)
 
@@ -198,8 +199,9 @@ class SpeedProgram:
         alike = (road[:-1] == road[1:]).all(axis=1) & (allowed[:-1] == allowed[1:]).all(axis=1)
         alike &= (grids[:-2, :3] == grids[1:-1, :3]).all(axis=1) & (grids[1:-1, :3] == grids[2:, :3]).all(axis=1)
         alike &= ~(stations.stops[1:-1] | stations.stops[2:])
-        longest = (float(np.sqrt(stations.high.max())) + 1.0) * self.task["shift_time"][0]
-        reached = np.searchsorted(stations.distance, stations.distance[:-2] + longest) + 1
+        longest = (float(np.sqrt(stations.high.max())) + 1.0) * float(self.task["shift_time"][0])
+        ends = np.asarray(stations.distance[:-2] + longest, np.float64)
+        reached = np.asarray(np.searchsorted(stations.distance, ends) + 1, np.int64)
         unlike = np.concatenate(([0], np.cumsum(~alike)))
         inside = reached <= len(alike)
         same[: count - 2] = inside & (unlike[np.where(inside, reached, 0)] == unlike[:-1])
@@ -218,7 +220,7 @@ class SpeedProgram:
         return np.clip(np.ceil(node) + 1.0, 1.0, grids[:, 2])
 
     def _pull(self, squared: Floats) -> Floats:
-        """Return what the engine in its best gear can accelerate the vehicle by at each v^2, m/s^2, before the gears."""
+        """Return what the engine in its best gear can accelerate the vehicle by at each v^2, m/s^2, losses left out."""
         model, speed, best = self.task["model"], np.sqrt(squared), np.zeros(len(squared))
         for gear in range(1, self.gears + 1):
             torque = highest_torque.run(model["engine"], engine_speed_for.run(model, gear, speed))
@@ -254,9 +256,9 @@ class SpeedProgram:
             low = j == 0 and grids[m, 0] > stations.low[m]
             rim |= low or (j == grids[m, 2] - 1 and after < stations.high[m] - 1e-9)
             k, i, g = m, j, new
-        columns = [np.array(column) for column in zip(*rows, strict=True)]
-        kinds = (np.int64, np.int64, np.float64, np.float64, np.int64, np.int64, np.int64)
-        steps = Steps(*(column.astype(kind) for column, kind in zip(columns, kinds, strict=True)))
+        table = np.array(rows)
+        whole = table.astype(np.int64)
+        steps = Steps(whole[:, 0], whole[:, 1], table[:, 2], table[:, 3], *(whole[:, n] for n in (4, 5, 6)))
         return Answer(stations, steps, float(value[0, int(steps.old[0]) - 1, 0]), rim)
 
 

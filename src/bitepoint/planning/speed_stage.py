@@ -3,9 +3,9 @@
     q = v^2,    a = (q1 - q0) / (2 ds),    dt = 2 ds / (v0 + v1)        exact for constant acceleration
     force from the mean of v^2 over the distance, engine speed from the mean of v over the time
 
-so that the work of every force over the stage is exact, and so is the time. Three things can happen in a stage: the engine
-drives or holds back through the gear, with brakes below its drag; the clutch is open and the engine idles, where the
-vehicle is braked below the launch speed; or a shift is on, and the vehicle rolls in neutral.
+so that the work of every force over the stage is exact, and so is the time. Three things can happen in a stage: the
+engine drives or holds back through the gear, with brakes below its drag; the clutch is open and the engine idles, where
+the vehicle is braked below the launch speed; or a shift is on, and the vehicle rolls in neutral.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
-"""Dynamic programming backwards over the stations of a road: what it costs at least from each speed and gear to the end.
+"""Dynamic programming backwards over the stations of a road: the least cost from each speed and gear to the end.
 
     V_k(q, g) = min over q' and g' of:  drive in g to q' at the next station
                                         shift to g', roll in neutral for the shift time, and drive on in g' to q' at
                                         the first station that leaves room for it
 
-Nodes of a station lie on a grid of its own in v^2. Every step goes from node to node, so no cost is interpolated: what is
-found can be driven as it is, and costs what it says. Where one stage is like the one before it (length, grade, nodes), its
-costs are kept.
+Nodes of a station lie on a grid of its own in v^2. Every step goes from node to node, so no cost is interpolated: what
+is found can be driven as it is, and costs what it says. Where a stage is like the one after it (length, grade, nodes),
+its costs are kept.
 
 Memory is flat, with G gears (0 is the first here) and W the most nodes of a station:
 
@@ -17,7 +17,7 @@ Memory is flat, with G gears (0 is the first here) and W the most nodes of a sta
     value, policy    a cost to go of NEVER: there is no way on; (k G + g) W + i
     edge     rows of W: driving in g from node i, row g W + i; driving on in g after a shift, rows G W + g W + i;
              fuel of a shift from gear o to g, from 2 G W W on at (o G + g) W + i
-    reach    2 a row: first and last node that can be reached; from 4 G W on, by node: stages that a shift spans, 0: none
+    reach    2 a row: first and last node that can be reached; from 4 G W on, by node: stages of a shift, 0: none
 """
 
 from __future__ import annotations
@@ -84,8 +84,8 @@ def fill_row(
     high = p.before + 2.0 * highest_acceleration(t, gear, locked) * p.length - base
     first, last = 0, nodes - 1
     if step > 0.0:
-        first = to_index(math.ceil(low / step - NEAR), 0, nodes)
-        last = to_index(math.floor(high / step + NEAR) + 1.0, 0, nodes) - 1
+        first = to_index(low / step - NEAR + 1.0, 0, nodes)
+        last = to_index(high / step + NEAR + 1.0, 0, nodes) - 1
     elif low > NEAR or high < -NEAR:
         last = -1
     end = first - 1
@@ -188,9 +188,7 @@ def best_node(p: Sweep, row: int, edge: FloatArray, reach: IntArray, value: Floa
 
 
 @kernel(trusted=True)
-def choose(
-    p: Sweep, k: int, i: int, edge: FloatArray, reach: IntArray, value: FloatArray, policy: IntArray
-) -> None:
+def choose(p: Sweep, k: int, i: int, edge: FloatArray, reach: IntArray, value: FloatArray, policy: IntArray) -> None:
     """Find the best from node i of station k in every gear.
 
     A step with a shift to g over n stages counts ((2 G + 1) n + g + 1) W more.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -31,13 +32,24 @@ class RoadProfile(Protocol):
     """
 
     @property
-    def distance(self) -> Floats: ...
+    def distance(self) -> Floats:
+        """M."""
+        ...
+
     @property
-    def grade(self) -> Floats: ...
+    def grade(self) -> Floats:
+        """Rise over run."""
+        ...
+
     @property
-    def speed_limit(self) -> Floats: ...
+    def speed_limit(self) -> Floats:
+        """M/s."""
+        ...
+
     @property
-    def stops(self) -> Floats: ...
+    def stops(self) -> Floats:
+        """M."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -89,7 +101,7 @@ class Journey:
         if not np.isfinite(self.road.grade).all() or np.abs(self.road.grade).max() > 0.5:
             raise InputError("plan", "road: a grade beyond -0.5..0.5", "expected rise over run")
         low, high = self.end_speed
-        if not 0.0 <= low <= high or not 0.0 <= self.start_speed or not 0.0 <= self.lowest_speed < self.highest_speed:
+        if not 0.0 <= low <= high or self.start_speed < 0.0 or not 0.0 <= self.lowest_speed < self.highest_speed:
             raise InputError(
                 "plan", f"speeds {self.start_speed:g}, {low:g}..{high:g} m/s in {self.lowest_speed:g}.."
                 f"{self.highest_speed:g} m/s", "expected speeds of 0 or more, lowest first",
@@ -135,9 +147,7 @@ def place_stations(journey: Journey, spacing: float, halvings: int = 0) -> Stati
     slow = set(np.asarray(road.stops) - s[0])
     slow |= {0.0} if journey.start_speed < SLOW else set()
     slow |= {marks[-1]} if journey.end_speed[1] < SLOW else set()
-    pieces = [
-        _stages(a, b, spacing, (a in slow, b in slow), halvings) for a, b in zip(marks[:-1], marks[1:], strict=True)
-    ]
+    pieces = [_stages(a, b, spacing, (a in slow, b in slow), halvings) for a, b in pairwise(marks)]
     distance = np.append(np.concatenate(pieces), marks[-1])
     stops = np.isin(distance, np.asarray(road.stops) - s[0])
     low, high = _bands(journey, distance, stops, _limits(s - s[0], limit, distance))
@@ -147,11 +157,14 @@ def place_stations(journey: Journey, spacing: float, halvings: int = 0) -> Stati
 def _stages(a: float, b: float, spacing: float, slow: tuple[bool, bool], halvings: int) -> Floats:
     """Return the stations from a up to b, b left out; `slow`: whether the vehicle is, at a and at b."""
     parts = np.full(max(int(np.ceil((b - a) / spacing - 1e-9)), 1), 2**halvings)
-    for n, share in enumerate(FINER):
-        for end in np.flatnonzero(slow):
-            parts[n if end == 0 else -1 - n :][:1] = np.maximum(parts[n if end == 0 else -1 - n :][:1], share * 2**halvings)
-    edges = np.linspace(a, b, len(parts) + 1)
-    return np.concatenate([np.linspace(x, y, p + 1)[:-1] for x, y, p in zip(edges[:-1], edges[1:], parts, strict=True)])
+    for n, share in enumerate(FINER[: len(parts)]):
+        for k in np.array((n, -1 - n))[list(slow)]:
+            parts[k] = max(int(parts[k]), share * 2**halvings)
+    edges: Floats = np.linspace(a, b, len(parts) + 1)
+    pieces: list[Floats] = [
+        np.linspace(float(x), float(y), int(p) + 1)[:-1] for (x, y), p in zip(pairwise(edges), parts, strict=True)
+    ]
+    return np.concatenate(pieces)
 
 
 def _limits(s: Floats, limit: Floats, distance: Floats) -> Floats:

@@ -49,7 +49,7 @@ def steady_fuel(
 ) -> Floats:
     """Return the fuel flow at constant speeds in each gear, kg/s, shape (gears, speeds).
 
-    Infinite where the gear cannot hold the speed: too little torque, or an engine below launch speed or above its limit.
+    Infinite where the gear cannot hold the speed: too little torque, or engine below launch speed or above its limit.
 
     Args:
         speed: m/s, above 0; extra_force: N at the wheels, on top of what the speed takes.
@@ -101,7 +101,7 @@ def set_speed_price(model: RecordArray, speed: float) -> float:
 
 
 def energy_value(model: RecordArray, speed: float) -> float:
-    """Return what a joule more of kinetic energy is worth at a steady `speed` (m/s), kg: the fuel of a joule at the wheels.
+    """Return what a joule more of kinetic energy is worth at a steady `speed` (m/s), kg: the fuel of one at the wheels.
 
     It is the cost to go's derivative by kinetic energy where the rest of the road is driven steadily.
     """
@@ -114,7 +114,9 @@ def energy_value(model: RecordArray, speed: float) -> float:
 
 def _need(flow: float, speed: float) -> None:
     if not np.isfinite(flow):
-        raise InputError("cruise", f"no gear holds {speed:g} m/s on a flat road", "expected a speed that the engine holds")
+        raise InputError(
+            "cruise", f"no gear holds {speed:g} m/s on a flat road", "expected a speed that the engine holds"
+        )
 
 
 def _operating_point(model: RecordArray, gear: int, force: Floats, speed: Floats) -> tuple[Floats, Floats]:
