@@ -68,10 +68,11 @@ def exhaustive(model: RecordArray, nodes: Any, lengths: Any, grades: Any, tau: f
         if key not in edges:
             length, extra = lengths[k], 0.0
             if old != new:
-                v, road = np.sqrt(q0), road_of(grades[k])
-                rest = driving_force.run(model, road, v, 0.0)
-                slower = float((rest / (driving_force.run(model, road, v, 1.0) - rest))[0])
-                end = v - slower * tau
+                v = end = float(np.sqrt(q0))
+                for _ in range(2):  # the deceleration at the middle of the shift
+                    road, middle = road_of(grades[k]), 0.5 * (v + end)
+                    rest = driving_force.run(model, road, middle, 0.0)
+                    end = v - tau * float((rest / (driving_force.run(model, road, middle, 1.0) - rest))[0])
                 length, extra = length - 0.5 * (v + end) * tau, shift_cost(model, old, new, v, tau, price)
                 q0 = end**2
             edges[key] = stage_cost(model, new, q0, q1, length, grades[k], price) + extra
@@ -237,7 +238,7 @@ def assert_physical(model: RecordArray, plan: SpeedPlan, grade: float, least: fl
     gained = 0.5 * mass * np.diff(q)
     missing = gained - (plan.force[:-1] - slope - air) * ds
     np.testing.assert_allclose(missing[driving], 0.0, atol=1e-6 * mass)
-    np.testing.assert_allclose(missing[~driving], 0.0, atol=2e-3 * mass)  # the air during a shift is that at its start
+    np.testing.assert_allclose(missing[~driving], 0.0, atol=2e-4 * mass)  # of air and speed in a shift
     w, torque = plan.engine_speed[:-1], plan.engine_torque[:-1]
     dt, a = np.diff(plan.time), plan.acceleration[:-1]
     ratio = gearbox["ratios"][plan.gear[:-1] - 1] * gearbox["final_drive"]

@@ -7,7 +7,7 @@ import numpy as np
 from bitepoint.models.plan import Floats, SpeedPlan
 from bitepoint.parts.torque_engine import fuel_flow
 from bitepoint.planning.speed_program import Answer
-from bitepoint.planning.speed_stage import Stage, coast_deceleration, coast_length, drive_stage, shift_fuel
+from bitepoint.planning.speed_stage import Stage, coast_end, coast_length, drive_stage, shift_fuel
 from bitepoint.records import RecordArray
 
 
@@ -23,7 +23,7 @@ def trace(task: RecordArray, answer: Answer, dwell: float) -> SpeedPlan:
     tasks["road"]["grade"] = stations.grade[steps.start]
     speed = np.sqrt(steps.before)
     rolled = np.where(shift, coast_length.run(tasks, steps.before), 0.0)
-    after = speed - np.where(shift, coast_deceleration.run(tasks, speed) * task["shift_time"], 0.0)
+    after = np.where(shift, coast_end.run(tasks, speed), speed)
     spin = np.where(shift, shift_fuel.run(tasks, steps.old, steps.gear, speed), 0.0)
     tasks["road"]["grade"] = stations.grade[steps.end - 1]
     length = (stations.distance[steps.end] - stations.distance[steps.start]).round(9) - rolled

@@ -133,6 +133,7 @@ class SpeedProgram:
         for k, length in enumerate(places.length):
             gain = pull[int(low[k] / top * REACH_POINTS)] - self._resistance(places.grade[k], low[k])
             low[k + 1] = max(min(low[k] + 2.0 * gain * length, low[k + 1]), 0.0)
+        low[-1] = places.low[-1]
         return replace(places, low=low)
 
     def solve(self) -> tuple[Answer | None, CostToGo]:
@@ -256,9 +257,9 @@ class SpeedProgram:
             low = j == 0 and grids[m, 0] > stations.low[m]
             rim |= low or (j == grids[m, 2] - 1 and after < stations.high[m] - 1e-9)
             k, i, g = m, j, new
-        table = np.array(rows)
+        table: Floats = np.ascontiguousarray(np.array(rows).T)
         whole = table.astype(np.int64)
-        steps = Steps(whole[:, 0], whole[:, 1], table[:, 2], table[:, 3], *(whole[:, n] for n in (4, 5, 6)))
+        steps = Steps(whole[0], whole[1], table[2], table[3], whole[4], whole[5], whole[6])
         return Answer(stations, steps, float(value[0, int(steps.old[0]) - 1, 0]), rim)
 
 

@@ -148,10 +148,17 @@ def coast_deceleration(t: SpeedTask, speed: float) -> float:
 
 
 @kernel
+def coast_end(t: SpeedTask, speed: float) -> float:
+    """Return the speed, m/s, after a shift that begins at `speed`; below 0 where the vehicle stops before its end."""
+    middle = speed - 0.5 * t.shift_time * coast_deceleration(t, speed)
+    return speed - t.shift_time * coast_deceleration(t, max(middle, 0.0))
+
+
+@kernel
 def coast_length(t: SpeedTask, before: float) -> float:
     """Return how far the vehicle rolls in neutral during a shift from v^2 `before` (m^2/s^2) on, m; -1: it stops."""
     v = math.sqrt(before)
-    end = v - coast_deceleration(t, v) * t.shift_time
+    end = coast_end(t, v)
     return 0.5 * (v + end) * t.shift_time if end > 0.0 else -1.0
 
 

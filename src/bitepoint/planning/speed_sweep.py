@@ -32,7 +32,7 @@ from bitepoint.planning.speed_stage import (
     NEVER,
     SpeedTask,
     Stage,
-    coast_deceleration,
+    coast_end,
     coast_length,
     drive_stage,
     launch_square,
@@ -136,7 +136,7 @@ def fill_shift(
     m = landing(p, k, rolled, road, flags) if rolled >= 0.0 else k
     reach[4 * rows + i] = m - k
     v = math.sqrt(before)
-    p.before = (v - coast_deceleration(t, v) * t.shift_time) ** 2
+    p.before = coast_end(t, v) ** 2
     p.least = road[3 * max(m - 1, 0) + 2]
     p.extra = t.shift_price + t.time_price * t.shift_time
     t.road.grade = road[3 * max(m - 1, 0) + 1]
