@@ -1,0 +1,197 @@
+"""The stations of a plan: where a road is cut into stages, and the speeds that are allowed there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Protocol
+
+import numpy as np
+
+from bitepoint.errors import InputError
+from bitepoint.models.plan import Flags, Floats
+
+ROOM_TO_CHANGE = 0.2
+"""Acceleration with which the lowest speed of a band is approached from where the vehicle has to be slower, m/s^2."""
+
+SLOW = 5.0
+"""Speed below which a vehicle is slow at a place, m/s: there the stages are short."""
+
+FINER = (8, 4, 2, 2)
+"""Pieces that the stages next to such a place are cut into, the nearest first."""
+
+
+class RoadProfile(Protocol):
+    """A road over distance, such as `models.route.Route`.
+
+    Attributes:
+        distance: m, rising, from 0, shape (points,); grade: rise over run at the points, linear between them.
+        speed_limit: m/s, from each point to the next; NaN or infinite: none.
+        stops: distances of stop lines, m.
+    """
+
+    @property
+    def distance(self) -> Floats:
+        """M."""
+        ...
+
+    @property
+    def grade(self) -> Floats:
+        """Rise over run."""
+        ...
+
+    @property
+    def speed_limit(self) -> Floats:
+        """M/s."""
+        ...
+
+    @property
+    def stops(self) -> Floats:
+        """M."""
+        ...
+
+
+@dataclass(frozen=True)
+class PlainRoad:
+    """A road from arrays; see `RoadProfile`."""
+
+    distance: Floats
+    grade: Floats
+    speed_limit: Floats
+    stops: Floats
+
+    @staticmethod
+    def flat(length: float, *, grade: float = 0.0, stops: Sequence[float] = ()) -> PlainRoad:
+        """Return a road of one grade and no limits, `length` in m."""
+        no_limit = np.full(2, np.inf)
+        return PlainRoad(np.array([0.0, length]), np.full(2, grade), no_limit, np.array(stops, np.float64))
+
+
+@dataclass(frozen=True)
+class Journey:
+    """What is to be driven.
+
+    Attributes:
+        start_speed: m/s; end_speed: lowest and highest, m/s, equal for a fixed one.
+        lowest_speed, highest_speed: band, m/s; near places that have to be passed more slowly the lowest gives way.
+        start_gear: engaged at the start; None: whichever is best.
+        minimum_acceleration: m/s^2, what is demanded wherever the engine drives; shifts are free of it.
+        dwell: time at each stop line, s.
+        end_value: what the kinetic energy at the end is worth, kg of fuel per J.
+    """
+
+    road: RoadProfile
+    start_speed: float
+    end_speed: tuple[float, float]
+    highest_speed: float
+    lowest_speed: float = 0.0
+    start_gear: int | None = None
+    minimum_acceleration: float = -3.0
+    dwell: float = 0.0
+    end_value: float = 0.0
+
+    def __post_init__(self) -> None:
+        s = np.asarray(self.road.distance)
+        if len(s) < 2 or not (np.isfinite(s).all() and (np.diff(s) > 0.0).all()):
+            raise InputError("plan", "road: distances do not rise", "expected two points or more, each further on")
+        for name in ("grade", "speed_limit"):
+            if np.shape(getattr(self.road, name)) != s.shape:
+                raise InputError("plan", f"road: {name} has another length than distance", "expected one per point")
+        if not np.isfinite(self.road.grade).all() or np.abs(self.road.grade).max() > 0.5:
+            raise InputError("plan", "road: a grade beyond -0.5..0.5", "expected rise over run")
+        low, high = self.end_speed
+        if not 0.0 <= low <= high or self.start_speed < 0.0 or not 0.0 <= self.lowest_speed < self.highest_speed:
+            raise InputError(
+                "plan", f"speeds {self.start_speed:g}, {low:g}..{high:g} m/s in {self.lowest_speed:g}.."
+                f"{self.highest_speed:g} m/s", "expected speeds of 0 or more, lowest first",
+            )  # fmt: skip
+        if self.minimum_acceleration < 0.0 or not len(self.road.stops):
+            return
+        raise InputError("plan", "a vehicle that may not slow down cannot stop", "expected no stop lines")
+
+
+@dataclass(frozen=True)
+class Stations:
+    """Stations and the stages between them.
+
+    Attributes:
+        distance: m, shape (stations,); low, high: allowed v^2, m^2/s^2; stops: where the vehicle stands.
+        grade: mean over each stage, shape (stages,).
+    """
+
+    distance: Floats
+    low: Floats
+    high: Floats
+    stops: Flags
+    grade: Floats
+
+    @property
+    def length(self) -> Floats:
+        """Length of each stage, m."""
+        return np.diff(self.distance)
+
+
+def place_stations(journey: Journey, spacing: float, halvings: int = 0) -> Stations:
+    """Return the stations of a journey, at most `spacing` (m) apart, each stage then halved some times.
+
+    Stop lines and changes of the limit get a station; stages between two of these are equal, but for the first and last
+    ones at a place where the vehicle is slow: these are halved, and halved again, towards it.
+    """
+    road = journey.road
+    s = np.asarray(road.distance, np.float64)
+    limit = np.where(np.isfinite(road.speed_limit), road.speed_limit, np.inf)
+    changes = s[1:-1][limit[1:-1] != limit[:-2]]
+    marks = np.unique(np.concatenate(([0.0, s[-1] - s[0]], np.asarray(road.stops) - s[0], changes - s[0])))
+    marks = marks[(marks >= 0.0) & (marks <= s[-1] - s[0])]
+    slow = set(np.asarray(road.stops) - s[0])
+    slow |= {0.0} if journey.start_speed < SLOW else set()
+    slow |= {marks[-1]} if journey.end_speed[1] < SLOW else set()
+    pieces = [_stages(a, b, spacing, (a in slow, b in slow), halvings) for a, b in pairwise(marks)]
+    distance = np.append(np.concatenate(pieces), marks[-1])
+    stops = np.isin(distance, np.asarray(road.stops) - s[0])
+    low, high = _bands(journey, distance, stops, _limits(s - s[0], limit, distance))
+    return Stations(distance, low, high, stops, _mean_grade(s - s[0], np.asarray(road.grade), distance))
+
+
+def _stages(a: float, b: float, spacing: float, slow: tuple[bool, bool], halvings: int) -> Floats:
+    """Return the stations from a up to b, b left out; `slow`: whether the vehicle is, at a and at b."""
+    parts = np.full(max(int(np.ceil((b - a) / spacing - 1e-9)), 1), 2**halvings)
+    for n, share in enumerate(FINER[: len(parts)]):
+        for k in np.array((n, -1 - n))[list(slow)]:
+            parts[k] = max(int(parts[k]), share * 2**halvings)
+    edges: Floats = np.linspace(a, b, len(parts) + 1)
+    pieces: list[Floats] = [
+        np.linspace(float(x), float(y), int(p) + 1)[:-1] for (x, y), p in zip(pairwise(edges), parts, strict=True)
+    ]
+    return np.concatenate(pieces)
+
+
+def _limits(s: Floats, limit: Floats, distance: Floats) -> Floats:
+    """Return the limit at stations: the lower one of what holds before and after."""
+    after = limit[np.clip(np.searchsorted(s, distance + 1e-9, side="right") - 1, 0, len(s) - 1)]
+    before = limit[np.clip(np.searchsorted(s, distance - 1e-9, side="right") - 1, 0, len(s) - 1)]
+    return np.minimum(before, after)
+
+
+def _bands(journey: Journey, distance: Floats, stops: Flags, limit: Floats) -> tuple[Floats, Floats]:
+    high = np.minimum(limit, journey.highest_speed) ** 2
+    high[stops] = 0.0
+    high[-1] = min(high[-1], journey.end_speed[1] ** 2)
+    high[0] = journey.start_speed**2
+    low = np.minimum(journey.lowest_speed**2, high)
+    low[-1] = min(journey.end_speed[0] ** 2, high[-1])
+    room = 2.0 * ROOM_TO_CHANGE * distance
+    low = np.minimum(np.minimum.accumulate(low - room) + room, low)
+    low = np.minimum(np.minimum.accumulate((low + room)[::-1])[::-1] - room, low)
+    low[0], low[-1] = high[0], min(journey.end_speed[0] ** 2, high[-1])
+    return np.maximum(low, 0.0), high
+
+
+def _mean_grade(s: Floats, grade: Floats, distance: Floats) -> Floats:
+    """Return the mean grade of each stage, from the rise between its ends."""
+    rise = np.concatenate(([0.0], np.cumsum(0.5 * (grade[1:] + grade[:-1]) * np.diff(s))))
+    k = np.clip(np.searchsorted(s, distance, side="right") - 1, 0, len(s) - 2)
+    part = distance - s[k]
+    slope = (grade[k + 1] - grade[k]) / (s[k + 1] - s[k])
+    return np.diff(rise[k] + part * (grade[k] + 0.5 * slope * part)) / np.diff(distance)
