@@ -1,4 +1,4 @@
-"""Predictive cruise: bands, equal time and energy, windows that do as well as the whole road, and where savings come from."""
+"""Predictive cruise: bands, equal time and energy, windows as good as the whole road, and where savings come from."""
 
 from __future__ import annotations
 
