@@ -7,7 +7,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from benchmarks import damping, launches, predictive, processes, qp, results, steps, yardstick
+from benchmarks import damping, launches, planning, predictive, processes, qp, results, steps, yardstick
 
 
 def main() -> None:
@@ -31,6 +31,8 @@ def main() -> None:
         figures += predictive.measure()
         _say("measuring: damping of a hybrid")
         figures += damping.measure()
+        _say("measuring: plans of speed and gear")
+        figures += planning.measure()
         _say("measuring: whole processes")
         figures += processes.measure()
     results.save(figures)

@@ -1,4 +1,4 @@
-"""The cheapest launch: against every other way on a small grid, a continuous optimum, published figures, and physics."""
+"""The cheapest launch: against all other ways on a small grid, a continuous optimum, published figures, physics."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def road_of(grade: float) -> RecordArray:
 
 
 def stage_cost(model: RecordArray, gear: int, q0: float, q1: float, length: float, grade: float, price: float) -> float:
-    """What a stage costs, from the model's own laws, in one gear above the launch speed; infinite where it cannot be."""
+    """What a stage costs, from the model's laws, in a gear above the launch speed; infinite where it cannot be."""
     v, a = 0.5 * (np.sqrt(q0) + np.sqrt(q1)), 0.5 * (q1 - q0) / length
     force = driving_force.run(model, road_of(grade), np.sqrt(0.5 * (q0 + q1)), a)
     engine = geared_speed.run(model, gear, v)

@@ -62,7 +62,7 @@ class TimedPlan:
 
     Attributes:
         plan: the best that was found; it misses the time by up to 1e-4 of it, more where it says so.
-        fuel: what it would take at exactly that time, kg: the rest is valued at its price of time.
+        fuel: what it would take at exactly that time, kg: the rest is valued at the price of time of the bound.
         bound: fuel that no plan of that time undercuts on the planner's grid, kg, from the prices that were tried: the
             convex hull of the front, in which gears make gaps. The plan itself is on a grid four times as fine.
     """
@@ -164,13 +164,14 @@ class SpeedPlanner:
         if not slow.optimal or slow.total_time <= total_time:
             return TimedPlan(slow, slow.total_fuel, slow.total_fuel)
         _search_price(any_gears, total_time, slow)
-        bound = max(plan.cost - plan.time_price * total_time for plan, _ in tried)
+        tight = max((plan for plan, _ in tried), key=lambda plan: plan.cost - plan.time_price * total_time)
+        bound, worth = tight.cost - tight.time_price * total_time, tight.time_price
         tried.sort(key=lambda pair: abs(pair[0].total_time - total_time))
         by_gears = {pair[1].steps.gears_by_stage(8).tobytes(): pair for pair in reversed(tried)}
         near = sorted(by_gears.values(), key=lambda pair: abs(pair[0].total_time - total_time))
         plans = [self._with_gears(pair, total_time) for pair in near[:MOST_GEARS]]
-        best = min(plans, key=lambda plan: _missed(plan, total_time))
-        return TimedPlan(best, best.total_fuel + best.time_price * (best.total_time - total_time), bound)
+        best = min(plans, key=lambda plan: _missed(plan, total_time, worth))
+        return TimedPlan(best, best.total_fuel + worth * (best.total_time - total_time), bound)
 
     def _solved(self, price: float) -> tuple[SpeedPlan, Answer | None]:
         begun = time.perf_counter()
@@ -198,15 +199,19 @@ class SpeedPlanner:
             return trace(self.task, answer, self.journey.dwell)
 
         plans = _search_price(these_gears, total_time, these_gears(0.0), near[0].time_price)
-        return min(plans, key=lambda plan: _missed(plan, total_time))
+        return min(plans, key=lambda plan: _missed(plan, total_time, near[0].time_price))
 
 
-def _missed(plan: SpeedPlan, total_time: float) -> tuple[bool, float]:
-    """Return a key that sorts plans: those that meet a time by their fuel there, then the others by what they miss."""
+def _missed(plan: SpeedPlan, total_time: float, worth: float) -> tuple[bool, float]:
+    """Return what sorts plans: those that meet a time by their fuel there, then the others by what they miss.
+
+    Args:
+        worth: price of the time, kg/s, that they miss by less than the tolerance.
+    """
     missed = abs(plan.total_time - total_time)
     if missed > 10.0 * TIME_TOLERANCE * total_time:
         return True, missed
-    return False, plan.total_fuel + plan.time_price * (plan.total_time - total_time)
+    return False, plan.total_fuel + worth * (plan.total_time - total_time)
 
 
 def _search_price(

@@ -1,0 +1,106 @@
+"""Predictive cruise: bands, equal time and energy, windows as good as the whole road, and where savings come from."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bitepoint.errors import InputError
+from bitepoint.planning.predictive_cruise import (
+    Cruise,
+    RecedingCruise,
+    brake_work,
+    compare_cruise,
+    cruise_planner,
+    road_window,
+    set_speed_cruise,
+)
+from bitepoint.planning.stations import PlainRoad
+from bitepoint.planning.steady import energy_value, set_speed_price, steady_fuel
+from bitepoint.records import RecordArray
+from tests.planning.vehicles import HEAT, SHARE, hills, truck
+
+CRUISE = Cruise(set_speed=73.7 / 3.6, band=5.0 / 3.6)
+
+
+@pytest.fixture(scope="module")
+def model() -> RecordArray:
+    return truck()
+
+
+def test_the_price_of_time_makes_the_set_speed_the_cheapest(model: RecordArray) -> None:
+    price = set_speed_price(model, CRUISE.set_speed)
+    speed = np.linspace(16.0, 25.0, 181)
+    cost = (steady_fuel(model, speed).min(axis=0) + price) / speed
+    assert speed[np.argmin(cost)] == pytest.approx(CRUISE.set_speed, abs=0.1)
+    assert energy_value(model, CRUISE.set_speed) == pytest.approx(1.0 / (0.94 * SHARE * HEAT), rel=1e-6)
+
+
+def test_a_flat_road_leaves_nothing_to_save(model: RecordArray) -> None:
+    found = compare_cruise(model, PlainRoad.flat(5000.0), CRUISE)
+    assert abs(found.saving) < 2e-3
+    assert found.predictive.plan.speed == pytest.approx(CRUISE.set_speed, abs=0.7)
+
+
+def test_hills_are_worth_a_look_ahead(model: RecordArray) -> None:
+    found = compare_cruise(model, hills(0.025), CRUISE)
+    held, plan = found.held, found.predictive.plan
+    assert plan.total_time == pytest.approx(held.total_time, rel=1e-3)
+    for driven in (held, plan):
+        assert driven.speed[[0, -1]] == pytest.approx(CRUISE.set_speed)
+    assert plan.speed.max() <= CRUISE.set_speed + CRUISE.band + 0.5  # what a shift downhill gains
+    assert plan.speed.min() >= CRUISE.set_speed - CRUISE.band - 0.5
+    assert 0.03 < found.saving < 0.06
+    spared = (found.brake_work[0] - found.brake_work[1]) / (0.94 * SHARE * HEAT)
+    assert spared > 0.5 * (held.total_fuel - plan.total_fuel)
+    assert found.predictive.gap < 2e-3
+
+
+def test_what_the_engine_cannot_hold_it_need_not(model: RecordArray) -> None:
+    s = np.array([0.0, 1000.0, 1001.0, 2500.0, 2501.0, 6000.0])
+    road = PlainRoad(s, np.array([0.0, 0.0, 0.08, 0.08, 0.0, 0.0]), np.full(6, np.inf), np.empty(0))
+    held = set_speed_cruise(model, road, CRUISE)
+    assert held.optimal
+    assert held.speed.min() < CRUISE.set_speed - 2.0
+    assert held.speed.max() <= CRUISE.set_speed + 1e-6
+    assert cruise_planner(model, road, CRUISE).plan(set_speed_price(model, CRUISE.set_speed)).optimal
+
+
+def test_windows_do_as_well_as_the_whole_road(model: RecordArray) -> None:
+    road = hills(0.025, length=8000.0)
+    receding = RecedingCruise(model, road, CRUISE)
+    driven = receding.drive()
+    whole = cruise_planner(model, road, CRUISE).plan(receding.time_price)
+    cost = [plan.total_fuel + receding.time_price * plan.total_time for plan in (driven, whole)]
+    assert cost[0] == pytest.approx(cost[1], rel=2e-3)
+    assert driven.distance[-1] == pytest.approx(8000.0)
+    assert (np.diff(driven.distance) > 0.0).all()
+    assert (np.diff(driven.time) > 0.0).all()
+    assert driven.speed[-1] == pytest.approx(CRUISE.set_speed)
+
+
+def test_a_window_keeps_its_kinetic_energy(model: RecordArray) -> None:
+    plan = RecedingCruise(model, PlainRoad.flat(50_000.0), CRUISE).plan(0.0, CRUISE.set_speed, 6)
+    assert plan.speed[plan.distance < 1800.0] == pytest.approx(CRUISE.set_speed, abs=0.3)
+    assert brake_work(plan) == 0.0
+
+
+def test_a_part_of_a_road_is_that_part() -> None:
+    road = hills(0.02, length=3000.0)
+    part = road_window(road, 510.0, 1510.0)
+    at = np.linspace(0.0, 1000.0, 77)
+    assert np.interp(at, part.distance, part.grade) == pytest.approx(np.interp(at + 510.0, road.distance, road.grade))
+
+
+def test_half_the_grid(model: RecordArray) -> None:
+    planner = cruise_planner(model, hills(0.025, length=8000.0), CRUISE)
+    assert abs(planner.plan(set_speed_price(model, CRUISE.set_speed), gap=True).grid_gap) < 3e-3
+
+
+def test_what_makes_no_sense(model: RecordArray) -> None:
+    with pytest.raises(InputError, match="band"):
+        Cruise(10.0, 11.0)
+    with pytest.raises(InputError, match="advance"):
+        Cruise(10.0, 1.0, horizon=100.0, advance=200.0)
+    with pytest.raises(InputError, match="holds 60 m/s"):
+        set_speed_price(model, 60.0)
