@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bitepoint.api.identification import FuelIdentification, Identification, identify, identify_fuel
-from bitepoint.assembly import Assembly, Lanes, assemble, bound_ratio, solve_times
+from bitepoint.assembly import Assembly, Comparer, Lanes, assemble, at_the_end, bound_ratio, solve_times
 from bitepoint.cache import write_atomically
 from bitepoint.errors import InputError, brief
 from bitepoint.identification.logs import LEAST_ROWS, slip_log
@@ -41,6 +41,7 @@ class Result:
         metrics: figures of merit by name, each with .value (None where it does not exist) and .unit.
         recording: all signals over time; of the first run where there are many.
         logs: of a scenario of many runs: their logs by name.
+        compared: of a scenario that is planned: the recordings of the drives beside it by name.
         family: of its figures: "launch", "driveline", "driving" or "excitation".
     """
 
@@ -51,6 +52,7 @@ class Result:
     recording: Recording
     logs: Mapping[str, Recording] = field(default_factory=dict[str, Recording])
     family: str = "launch"
+    compared: Mapping[str, Recording] = field(default_factory=dict[str, Recording])
 
     def figure(self) -> Any:
         """Return the interactive picture, a plotly Figure."""
@@ -80,7 +82,7 @@ class Result:
         """
         target = Path(folder)
         page = self._page()
-        recordings = self.logs or {"recording": self.recording}
+        recordings = self.logs or {"recording": self.recording, **self.compared}
         files = {target / f"{each}.parquet": recording for each, recording in recordings.items()}
         paths = [*files, target / "metrics.json", target / f"{self.family}.html"]
         try:
@@ -277,8 +279,27 @@ def _result(assembly: Assembly, lane: LaneResult[Metrics], seed: int, life: Life
         metrics = {**metrics, "bound_ratio": ratio}
     if assembly.report.solve_time:
         metrics = {**metrics, **solve_times(assembly.system.controllers[-1], recording, life)}
+    compared: Mapping[str, Recording] = {}
+    if assembly.planned is not None:
+        metrics, compared = _compared(assembly, metrics, recording, seed, life)
     family = assembly.scenario.metrics
-    return Result(assembly.scenario.name, lane.status, lane.reason, metrics, recording, family=family)
+    return Result(
+        assembly.scenario.name, lane.status, lane.reason, metrics, recording, family=family, compared=compared
+    )
+
+
+def _compared(
+    assembly: Assembly, metrics: Metrics, recording: Recording, seed: int, life: Life
+) -> tuple[Metrics, Mapping[str, Recording]]:
+    """Return the figures of a planned drive with those of the drives beside it, and their recordings."""
+    assert assembly.planned is not None
+    planned = assembly.planned
+    comparer = Comparer(planned, assembly.system, assembly.baseline, seed, life)
+    found = comparer.compare(recording)
+    metrics = at_the_end(metrics, recording, planned.length, planned.target)
+    about = recording.about
+    drives = {name: replace(each, about={**about, "drive": name}) for name, each in found.recordings.items()}
+    return {**metrics, **found.metrics}, drives
 
 
 __all__ = [

@@ -11,10 +11,11 @@ from bitepoint.assembly.catalogue import (
     keys,
     signals,
 )
+from bitepoint.assembly.comparison import Comparer, at_the_end
 from bitepoint.assembly.composition import Assembly, Lanes, assemble
 from bitepoint.assembly.report_wishes import solve_times
 
 __all__ = [
-    "ADVISERS", "CONTROLLERS", "PLANTS", "SUPERVISORS", "Assembly", "Lanes", "all_kernels", "assemble", "bound_ratio",
-    "controllers_for", "keys", "signals", "solve_times",
+    "ADVISERS", "CONTROLLERS", "PLANTS", "SUPERVISORS", "Assembly", "Comparer", "Lanes", "all_kernels", "assemble",
+    "at_the_end", "bound_ratio", "controllers_for", "keys", "signals", "solve_times",
 ]  # fmt: skip

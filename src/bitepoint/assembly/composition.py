@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bitepoint.assembly.catalogue import CONTROLLERS, PLANTS, SUPERVISORS, controllers_for
+from bitepoint.assembly.planned import BASELINE, DRIVER, FUEL_MODEL, ROAD, PlannedDrive, follow, planned_drive
 from bitepoint.assembly.profiles import LOGS, given_profiles
 from bitepoint.assembly.report_wishes import ReportWishes, report_wishes
 from bitepoint.assembly.settings import SET, Settings, number
@@ -40,7 +41,10 @@ _CHOICES = ("calibration", "model", "intention")
 
 @dataclass(frozen=True)
 class Assembly:
-    """A scenario put together: parts, loop, figures, how its runs are logged, and what `report.*` asks for."""
+    """A scenario put together: parts, loop, figures, how its runs are logged, and what `report.*` asks for.
+
+    Where it was planned: the plan, and the controllers of the baseline that it is compared with.
+    """
 
     scenario: Scenario
     vehicle: Vehicle
@@ -52,6 +56,8 @@ class Assembly:
     report: ReportWishes
     about: Mapping[str, str]
     log: RecordArray | None = None
+    planned: PlannedDrive | None = None
+    baseline: Sequence[Part] = ()
 
 
 def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = None) -> Assembly:
@@ -77,6 +83,10 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
     lanes, lane_groups = _lanes(over or {})
     nominal = _nominal(plant, vehicle, manoeuvre)
     plant.check(nominal, vehicle.where)
+    planned = planned_drive(manoeuvre, chosen, _started(plant, nominal, chosen))
+    if planned is not None:
+        planned.prepare(nominal)
+        chosen.groups.setdefault(DRIVER, {}).setdefault("calibration", planned.baseline)
     parameters = _varied(plant, nominal, chosen, lane_groups, lanes)
     calibration = _calibration(controller, chosen.group("controller"), lane_groups.get("controller", {}), lanes)
     timing = manoeuvre.timing.copy()
@@ -87,14 +97,21 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
     if set(LOGS.values()) & set(chosen.choices) and "duration" not in chosen.group("timing"):
         least = 0.0 if "speed" in chosen.choices else timing["duration"][0]
         timing["duration"] = max(least, profiles[0].time[-1])
+    rules = list(_rules(manoeuvre, plant))
+    if planned is not None:
+        profiles[0] = planned.chased(profiles[0])
+        rules.append(planned.arrival)
+        if "duration" not in chosen.group("timing"):
+            timing["duration"] = planned.longest
     beside, constant = _intention(controller, nominal, chosen)
     before = [_supervisor_part(each, nominal, manoeuvre, chosen) for each in supervisors]
     main = _controller_part(controller, _designed(controller, nominal, calibration, chosen))
+    parts = [*before, *beside, main]
     system = System(
         plant=_plant_part(plant, parameters, float(timing["tick"][0])),
-        controllers=[*before, *beside, main],
+        controllers=parts if planned is None else follow(parts, planned.plan),
         profiles=[*profiles, *constant],
-        rules=list(_rules(manoeuvre, plant)),
+        rules=rules,
         imperfections=_imperfections(plant, controllers, chosen),
         duration=float(timing["duration"][0]),
         tick=float(timing["tick"][0]),
@@ -107,7 +124,7 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
         _apply(LogSettings, log, chosen.group("log"), "log.")
     report = report_wishes(chosen, manoeuvre.metrics, over is not None)
     figures = FAMILIES[manoeuvre.metrics].measure(_weights(manoeuvre, chosen))
-    return Assembly(manoeuvre, vehicle, plant, controller, system, figures, lanes, report, about, log)
+    return Assembly(manoeuvre, vehicle, plant, controller, system, figures, lanes, report, about, log, planned, parts)
 
 
 def _weights(scenario: Scenario, settings: Settings) -> RecordArray | None:
@@ -138,6 +155,9 @@ def _refuse_unknown(settings: Settings, plant: Plant, scenario: Scenario) -> Non
     groups += () if scenario.log is None else ("log",)
     groups += () if FAMILIES[scenario.metrics].settings is None else ("cost",)
     groups += tuple(scenario.supervisors)
+    if scenario.planning is not None:
+        choices += (BASELINE, ROAD)
+        groups += (scenario.planning[0],)
     for key in settings.choices:
         if key in groups and key not in choices:
             raise InputError(SET, f"{key}: a group of keys", f"name one of its keys, as in {key}.KEY=VALUE")
@@ -205,6 +225,14 @@ def _nominal(plant: Plant, vehicle: Vehicle, scenario: Scenario) -> RecordArray:
             raise InputError(scenario.where, f"{name}: unknown to plant {plant.name}", "leave it out")
         declared.record.parse(block, scenario.where, name)
     return plant.parameters.parse({**vehicle.blocks, **blocks}, vehicle.where)
+
+
+def _started(plant: Plant, nominal: RecordArray, settings: Settings) -> RecordArray:
+    """Return the vehicle of the library as it stands at the start: the driver sees that."""
+    seen = nominal.copy()
+    changes = {f"start.{key}": value for key, value in settings.group("start").items()}
+    _apply(plant.parameters, seen, changes)
+    return seen
 
 
 def _apply(

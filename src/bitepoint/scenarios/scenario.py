@@ -65,6 +65,8 @@ class Scenario:
         supervisors: the parts that stand between driver and controller, by name, with what the scenario sets of them.
         road, start: blocks for the plant; rules: stop rules, their limits still to be read in the signal's unit.
         at_end: status of a run that no rule ended.
+        planning: what is planned before it is driven, and with which settings; None for nothing. `baseline`: calibration
+            of the driver that the plan is compared with; `route`: name or file of the road, empty for none.
         runs, log: what differs between its runs, and how they are logged; None for a scenario of one run.
     """
 
@@ -87,15 +89,21 @@ class Scenario:
     supervisors: Mapping[str, Mapping[str, Any]] = field(default_factory=dict[str, Mapping[str, Any]])
     start: Mapping[str, Any] = field(default_factory=dict[str, Any])
     at_end: str = TIMED_OUT
+    planning: tuple[str, Mapping[str, Any]] | None = None
+    baseline: str = ""
+    route: str = ""
 
+
+PLANNED = ("planner", "cruise")
+"""Blocks that say what is planned: a launch, or a road within a band of speeds."""
 
 LONGEST_HOLD = 100_000.0
 
 _TEXTS = ("plant", "vehicle", "controller", "metrics", "intent")
-_OPTIONAL = {"meaning": "", "signal": "pedal", "at_end": TIMED_OUT}
+_OPTIONAL = {"meaning": "", "signal": "pedal", "at_end": TIMED_OUT, "baseline": "", "route": ""}
 _KEYS = (
     "meaning", *_TEXTS, "intents", "signal", "given", "supervisors", "road", "start", "timing", "stop", "at_end",
-    "runs", "log",
+    "runs", "log", "baseline", "route", *PLANNED,
 )  # fmt: skip
 _RULE_KEYS = {"status", "signal", "above", "below", "hold", "reason"}
 
@@ -138,8 +146,17 @@ def load_scenario(name: str) -> Scenario:
     supervisors = _supervisors(data.get("supervisors", []), where)
     return Scenario(
         path.stem, where, **texts, intents=intents, road=road, start=start, given=given, timing=timing, rules=rules,
-        runs=runs, log=log, supervisors=supervisors,
+        runs=runs, log=log, supervisors=supervisors, planning=_planning(data, where),
     )  # fmt: skip
+
+
+def _planning(data: Mapping[str, Any], where: str) -> tuple[str, Mapping[str, Any]] | None:
+    given = [kind for kind in PLANNED if kind in data]
+    if len(given) > 1:
+        raise InputError(where, f"{given[1]}: beside {given[0]}", "leave one of them out")
+    if not given:
+        return None
+    return given[0], _block(data, given[0], where)
 
 
 def _text(value: object, where: str, key: str) -> str:

@@ -1,0 +1,186 @@
+"""Scenarios that are planned before they are driven: the cheapest launch, and predictive cruise.
+
+A planner makes a plan for the vehicle of the library; the driver of the scenario follows it on the plant. Beside it
+stands the baseline, the same driver who chases the speed at the end, or the set speed, with a frozen shift map.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bitepoint.assembly.settings import SET, Settings
+from bitepoint.controllers import pedal_driver
+from bitepoint.controllers.plan_table import plan_parameters
+from bitepoint.errors import InputError
+from bitepoint.models.fuel_model import FuelModel
+from bitepoint.models.longitudinal import LongitudinalModel
+from bitepoint.models.plan import SpeedPlan
+from bitepoint.models.route import Route
+from bitepoint.parts.road_profile import grade_profile
+from bitepoint.planning.drive_tasks import CruiseTask, LaunchTask
+from bitepoint.planning.eco_launch import Launch, launch_planner
+from bitepoint.planning.predictive_cruise import Cruise, RecedingCruise, cruise_planner, set_speed_cruise
+from bitepoint.planning.speed_planner import Limits, SpeedPlanner, TimedPlan
+from bitepoint.records import Record, RecordArray
+from bitepoint.scenarios import Scenario
+from bitepoint.scenarios.routes import load_route
+from bitepoint.simulation.system import Part, Profile, StopRule
+
+DRIVER = pedal_driver.CONTROLLER.name
+"""The part that follows a plan."""
+
+TASKS: dict[str, type[Record]] = {"planner": LaunchTask, "cruise": CruiseTask}
+"""Settings of the planner, by the block that a scenario gives them in."""
+
+BASELINE, ROAD, FUEL_MODEL = "baseline", "road", "fuel_model"
+"""Choices: calibration of the driver, and the road; and the model of `planner.fuel_model=FILE`."""
+
+MOST_DURATION = 3.0
+"""Longest drive over the time that is planned for it."""
+
+
+@dataclass(frozen=True)
+class PlannedDrive:
+    """A plan, and all that is needed to drive it and others beside it.
+
+    Attributes:
+        kind: "planner" or "cruise"; baseline: name of the driver's calibration.
+        model: what was planned with; planner: makes further plans.
+        plan: what is driven.
+        length: m; target: speed that the baseline chases, and that both are to have at the end, m/s.
+        route: None: flat.
+    """
+
+    kind: str
+    baseline: str
+    model: RecordArray
+    planner: SpeedPlanner
+    plan: SpeedPlan
+    length: float
+    target: float
+    route: Route | None
+
+    def prepare(self, parameters: RecordArray) -> None:
+        """Put the vehicle, one record of the plant, on the road, in the gear and at the speed that the plan begins with."""
+        parameters["gearbox"]["gear"] = self.plan.gear[0]
+        parameters["start"]["speed"] = self.plan.speed[0]
+        if self.route is not None:
+            parameters["road"]["profile"] = grade_profile(self.route.distance, self.route.grade)
+
+    def chased(self, profile: Profile) -> Profile:
+        """Return the speed that the baseline chases, in the place of what the scenario gives."""
+        return replace(profile, time=np.zeros(1), values=np.full(1, self.target))
+
+    @property
+    def arrival(self) -> StopRule:
+        """The rule that ends the drive."""
+        return StopRule("arrived", f"{self.length:g} m are driven", "distance", True, self.length, 0.0)
+
+    @property
+    def longest(self) -> float:
+        """Time after which the drive is given up, s."""
+        return MOST_DURATION * max(self.plan.total_time, self.length / self.target)
+
+
+def follow(parts: Sequence[Part], plan: SpeedPlan) -> list[Part]:
+    """Return the parts with a driver who follows a plan."""
+    table = plan_parameters(plan.distance, plan.speed, plan.gear, plan.engine_torque)
+    return [
+        replace(part, parameters=pedal_driver.with_plan(part.parameters, table)) if part.name == DRIVER else part
+        for part in parts
+    ]
+
+
+def planned_drive(scenario: Scenario, settings: Settings, vehicle: RecordArray) -> PlannedDrive | None:
+    """Return the plan of a scenario that has a planner, with settings applied; None for the others.
+
+    Args:
+        vehicle: the plant's record as the files give it.
+
+    Raises:
+        InputError: a setting, a road or a fuel model that cannot be, or no plan.
+    """
+    if scenario.planning is None:
+        return None
+    for key in ("intent", "speed"):
+        if key in settings.choices:
+            raise InputError(SET, f"{key}: {scenario.name} drives to a plan", "leave it out")
+    kind, block = scenario.planning
+    task = TASKS[kind].parse(block, scenario.where, kind)
+    changes = dict(settings.group(kind))
+    file = changes.pop(FUEL_MODEL, None)
+    for key, value in changes.items():
+        TASKS[kind].assign(task, key, value, SET, f"{kind}.")
+    model = LongitudinalModel.of(vehicle)
+    if file is not None:
+        model = FuelModel.load(str(file)).applied(model)
+    route = _route(scenario, settings)
+    baseline = str(settings.choices.get(BASELINE, scenario.baseline))
+    known = pedal_driver.CONTROLLER.calibrations()
+    if baseline not in known:
+        raise InputError(BASELINE, f"got {baseline}", f"expected one of {', '.join(known)}")
+    plan_it = _launch if kind == "planner" else _cruise
+    planner, plan, length, target = plan_it(task[0], model, vehicle, route)
+    if not plan.optimal:
+        raise InputError(kind, plan.reason, "expected other speeds, a longer way or another road")
+    return PlannedDrive(kind, baseline, model, planner, plan, length, target, route)
+
+
+def _route(scenario: Scenario, settings: Settings) -> Route | None:
+    name = settings.choices.get(ROAD, scenario.route)
+    return load_route(str(name)) if name else None
+
+
+def _limits(task: np.void, vehicle: RecordArray) -> Limits:
+    return Limits(
+        shift_time=float(task["shift_time"]),
+        shift_price=float(task["shift_price"]),
+        air_density=float(vehicle["road"]["air_density"][0]),
+    )
+
+
+_Planned = tuple[SpeedPlanner, SpeedPlan, float, float]
+"""Planner, plan, length of the way (m) and speed at its end (m/s)."""
+
+
+def _launch(task: np.void, model: RecordArray, vehicle: RecordArray, route: Route | None) -> _Planned:
+    length = float(task["length"]) if route is None else route.length
+    launch = Launch(
+        float(vehicle["start"]["speed"][0]),
+        float(task["end_speed"]),
+        length,
+        float(task["minimum_acceleration"]),
+        start_gear=int(vehicle["gearbox"]["gear"][0]),
+    )
+    planner = launch_planner(model, launch, road=route, limits=_limits(task, vehicle))
+    return planner, planner.plan(float(task["time_price"]), gap=True), length, launch.journey().end_speed[1]
+
+
+def _cruise(task: np.void, model: RecordArray, vehicle: RecordArray, route: Route | None) -> _Planned:
+    if route is None:
+        raise InputError("road", "missing", "add --set road=FILE")
+    cruise = Cruise(
+        float(task["set_speed"]),
+        float(task["band"]),
+        float(task["minimum_acceleration"]),
+        float(task["horizon"]),
+        float(task["advance"]),
+    )
+    limits = _limits(task, vehicle)
+    held = set_speed_cruise(model, route, cruise, limits=limits)
+    planner = cruise_planner(model, route, cruise, limits=limits)
+    if not held.optimal:
+        return planner, held, route.length, cruise.set_speed
+    timed = planner.plan_at_time(held.total_time)
+    plan = _windows(model, route, cruise, timed, limits) if task["receding"] else timed.plan
+    return planner, plan, route.length, cruise.set_speed
+
+
+def _windows(model: RecordArray, route: Route, cruise: Cruise, timed: TimedPlan, limits: Limits) -> SpeedPlan:
+    """Return what windows drive at the price of time at which the whole road would take the wanted time."""
+    if not timed.plan.optimal:
+        return timed.plan
+    return RecedingCruise(model, route, cruise, time_price=timed.plan.time_price, limits=limits).drive()
