@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -86,7 +87,7 @@ def plan_parameters(
     if s.size > PLAN_POINTS or np.abs(np.diff(s) - spacing).max() > 1e-6 * spacing:
         spacing = s[-1] / (PLAN_POINTS - 1)
         at = np.arange(PLAN_POINTS) * spacing
-    held = np.searchsorted(s, at + 1e-6 * spacing, side="right") - 1
+    held: Any = np.searchsorted(s, at + 1e-6 * spacing, side="right") - 1
     row = np.minimum(np.maximum(held, 0), min(g.size, t.size) - 1)
     columns = {"speed": np.sqrt(np.interp(at, s, v**2)), "gear": g[row], "torque": t[row]}
     table = PlanTable.zeros()
