@@ -85,7 +85,7 @@ def plan_parameters(
     at: Floats = s
     if s.size > PLAN_POINTS or np.abs(np.diff(s) - spacing).max() > 1e-6 * spacing:
         spacing = float(s[-1]) / (PLAN_POINTS - 1)
-        at = np.arange(PLAN_POINTS) * spacing
+        at = np.linspace(0.0, float(s[-1]), PLAN_POINTS)
     held = np.searchsorted(s, at + 1e-6 * spacing, side="right") - 1
     row = np.minimum(np.maximum(held, 0), min(g.size, t.size) - 1)
     columns = {"speed": np.sqrt(np.interp(at, s, v**2)), "gear": g[row], "torque": t[row]}
