@@ -81,11 +81,11 @@ def plan_parameters(
     if not fits or s.size < 2 or s[0] != 0.0 or not (np.diff(s) > 0.0).all():
         mend = "expected as many distances, two at least, rising from 0 m, as speeds, gears and torques"
         raise InputError("plan", f"got {s.size} distances, {v.size} speeds, {g.size} gears, {t.size} torques", mend)
-    spacing = s[-1] / (s.size - 1)
-    at = s
+    spacing = float(s[-1]) / (s.size - 1)
+    at: Floats = s
     if s.size > PLAN_POINTS or np.abs(np.diff(s) - spacing).max() > 1e-6 * spacing:
-        spacing = s[-1] / (PLAN_POINTS - 1)
-        at = np.arange(PLAN_POINTS) * spacing
+        spacing = float(s[-1]) / (PLAN_POINTS - 1)
+        at = np.linspace(0.0, float(s[-1]), PLAN_POINTS)
     held = np.searchsorted(s, at + 1e-6 * spacing, side="right") - 1
     row = np.minimum(np.maximum(held, 0), min(g.size, t.size) - 1)
     columns = {"speed": np.sqrt(np.interp(at, s, v**2)), "gear": g[row], "torque": t[row]}
