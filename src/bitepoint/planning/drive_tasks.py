@@ -13,7 +13,7 @@ class LaunchTask(Record):
     minimum_acceleration: float = quantity("m/s^2", 0, 5, "least that the engine gives, shifts left out", default=0.0)
     time_price: float = quantity("kg/s", 0, 1, "fuel that a second is worth; 0: the cheapest launch", default=0.0)
     shift_time: float = quantity(
-        "s", 0, 3, "of a shift without traction: neutral, and half of both ramps of the torque", default=0.4
+        "s", 0, 3, "of a shift without traction: neutral, and half of both ramps of the torque", default=0.3
     )
     shift_price: float = quantity("kg", 0, 0.1, "fuel that a shift is worth beyond what it takes", default=0.0)
 
