@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from tests.planning.vehicles import hatchback, hills, truck
+
 from benchmarks.results import Figure
 from benchmarks.timing import side_by_side
 from bitepoint.planning.eco_launch import Launch, launch_planner
 from bitepoint.planning.predictive_cruise import Cruise, RecedingCruise, cruise_planner
 from bitepoint.planning.steady import set_speed_price
-from tests.planning.vehicles import hatchback, hills, truck
 
 ROUNDS = 15
 

@@ -190,12 +190,14 @@ class SpeedPlanner:
         """Return the plan nearest to a time among those with the gears of another, at whichever price."""
         answer = near[1]
         gears = answer.steps.gears_by_stage(int(self.task["gears"][0]))
-        steps = self.program.grid.finest * 4
+        grid = self.program.grid
+        fineness = [grid.steps * 2 ** (grid.halvings + n) for n in range(grid.refinements + 3)]
 
         def these_gears(price: float) -> SpeedPlan:
             nonlocal answer
             self.task["time_price"] = price
-            answer = self.program.refined(answer, answer.stations, steps, gears)
+            for steps in fineness:
+                answer = self.program.refined(answer, answer.stations, steps, gears)
             return trace(self.task, answer, self.journey.dwell)
 
         plans = _search_price(these_gears, total_time, these_gears(0.0), near[0].time_price)

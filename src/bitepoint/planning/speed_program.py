@@ -54,11 +54,6 @@ class Grid:
     reach: int = 6
 
     @property
-    def finest(self) -> int:
-        """Steps of v^2 at the end."""
-        return self.steps * 2 ** (self.halvings + self.refinements)
-
-    @property
     def halved(self) -> Grid:
         """The grid with stages and steps of half the size, in all its sweeps."""
         return replace(self, spacing=self.spacing / 2.0, steps=2 * self.steps)
