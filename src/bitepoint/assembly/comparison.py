@@ -152,7 +152,7 @@ class Comparer:
         return timed, drive
 
     def _savings(self, timed: TimedPlan, equal: Drive, baseline: Drive) -> dict[str, float | None]:
-        price = timed.plan.time_price
+        price = timed.price
         reference = self.corrected(baseline)
         saving = 1.0 - self.corrected(equal, price, baseline.time) / reference
         plan = timed.plan

@@ -183,4 +183,4 @@ def _windows(model: RecordArray, route: Route, cruise: Cruise, timed: TimedPlan,
     """Return what windows drive at the price of time at which the whole road would take the wanted time."""
     if not timed.plan.optimal:
         return timed.plan
-    return RecedingCruise(model, route, cruise, time_price=timed.plan.time_price, limits=limits).drive()
+    return RecedingCruise(model, route, cruise, time_price=timed.price, limits=limits).drive()

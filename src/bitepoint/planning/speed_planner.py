@@ -65,11 +65,13 @@ class TimedPlan:
         fuel: what it would take at exactly that time, kg: the rest is valued at the price of time of the bound.
         bound: fuel that no plan of that time undercuts on the planner's grid, kg, from the prices that were tried: the
             convex hull of the front, in which gears make gaps. The plan itself is on a grid four times as fine.
+        price: of time, kg/s, of the bound: what a second more or less is worth there.
     """
 
     plan: SpeedPlan
     fuel: float
     bound: float
+    price: float
 
     @property
     def gap(self) -> float:
@@ -162,7 +164,7 @@ class SpeedPlanner:
 
         slow = any_gears(0.0)
         if not slow.optimal or slow.total_time <= total_time:
-            return TimedPlan(slow, slow.total_fuel, slow.total_fuel)
+            return TimedPlan(slow, slow.total_fuel, slow.total_fuel, 0.0)
         _search_price(any_gears, total_time, slow)
         tight = max((plan for plan, _ in tried), key=lambda plan: plan.cost - plan.time_price * total_time)
         bound, worth = tight.cost - tight.time_price * total_time, tight.time_price
@@ -171,7 +173,7 @@ class SpeedPlanner:
         near = sorted(by_gears.values(), key=lambda pair: abs(pair[0].total_time - total_time))
         plans = [self._with_gears(pair, total_time) for pair in near[:MOST_GEARS]]
         best = min(plans, key=lambda plan: _missed(plan, total_time, worth))
-        return TimedPlan(best, best.total_fuel + worth * (best.total_time - total_time), bound)
+        return TimedPlan(best, best.total_fuel + worth * (best.total_time - total_time), bound, worth)
 
     def _solved(self, price: float) -> tuple[SpeedPlan, Answer | None]:
         begun = time.perf_counter()
