@@ -25,9 +25,9 @@ from bitepoint.models.longitudinal import (
     fuel_for,
     geared_speed,
 )
+from bitepoint.models.plan import SpeedPlan
 from bitepoint.parts.body import Road
 from bitepoint.parts.torque_engine import highest_torque
-from bitepoint.planning.speed_planner import TimedPlan
 from bitepoint.planning.steady import energy_value, gear_count
 from bitepoint.recording import Floats, Recording
 from bitepoint.simulation.run import Simulation
@@ -98,7 +98,8 @@ class Comparer:
     """
 
     def __init__(self, planned: PlannedDrive, system: System, parts: Sequence[Part], seed: int, life: Life) -> None:
-        self.planned, self.system, self.parts, self.seed, self.life = planned, system, parts, seed, life
+        self.planned, self.system, self.parts, self.seed = planned, system, parts, seed
+        self.life: Life = life
         model = planned.model
         radius = float(model["vehicle"]["wheel_radius"][0])
         self.mass = float(model["vehicle"]["mass"][0]) + float(model["wheel_inertia"][0]) / radius**2
@@ -129,10 +130,11 @@ class Comparer:
             if driven is not None:
                 values["fuel_saving_raw"] = 1.0 - driven.fuel / baseline.fuel
                 values["mean_speed_loss"] = self.planned.length * (1.0 / baseline.time - 1.0 / driven.time)
-            timed, equal = self._equal_time(driven, baseline.time)
+            plan, price, equal = self._equal_time(driven, baseline.time)
             if equal is not None:
-                recordings["equal-time"] = equal.recording
-                values |= self._savings(timed, equal, baseline)
+                if equal is not driven:
+                    recordings["equal-time"] = equal.recording
+                values |= self._savings(plan, price, equal, baseline)
         finite = {name: None if value is None or not np.isfinite(value) else value for name, value in values.items()}
         return Comparison({name: Metric(finite[name], unit) for name, unit in UNITS.items()}, recordings)
 
@@ -140,22 +142,25 @@ class Comparer:
         """Return what a plan takes, s, once its kernels are loaded."""
         return self.planned.planner.plan(self.planned.plan.time_price).plan_time
 
-    def _equal_time(self, driven: Drive | None, time: float) -> tuple[TimedPlan, Drive | None]:
-        """Return the plan whose drive takes `time` (s), and the drive."""
-        late = 0.0 if driven is None else driven.time - self.planned.plan.total_time
+    def _equal_time(self, driven: Drive | None, time: float) -> tuple[SpeedPlan, float, Drive | None]:
+        """Return the plan whose drive takes `time` (s), its price of time, and the drive: this one, if it does."""
+        plan, price = self.planned.plan, self.planned.price
+        if driven is not None and abs(driven.time - time) <= TIME_MISSED * time:
+            return plan, price, driven
+        late = 0.0 if driven is None else driven.time - plan.total_time
+        drive = None
         for _ in range(TURNS):
             timed = self.planned.planner.plan_at_time(time - late)
-            drive = self.drive(follow(self.parts, timed.plan)) if timed.plan.optimal else None
+            plan, price = timed.plan, timed.price
+            drive = self.drive(follow(self.parts, plan)) if plan.optimal else None
             if drive is None or abs(drive.time - time) <= TIME_MISSED * time:
                 break
             late += drive.time - time
-        return timed, drive
+        return plan, price, drive
 
-    def _savings(self, timed: TimedPlan, equal: Drive, baseline: Drive) -> dict[str, float | None]:
-        price = timed.price
+    def _savings(self, plan: SpeedPlan, price: float, equal: Drive, baseline: Drive) -> dict[str, float | None]:
         reference = self.corrected(baseline)
         saving = 1.0 - self.corrected(equal, price, baseline.time) / reference
-        plan = timed.plan
         promised = plan.total_fuel + price * (plan.total_time - baseline.time)
         planned = 1.0 - promised / reference
         gears = self.gear_only_saving(baseline.recording)
@@ -171,7 +176,7 @@ class Comparer:
 
         Both are reckoned in balance (`models.longitudinal`), shifts left out.
         """
-        model, length = self.planned.model, self.planned.length
+        length = self.planned.length
         edges = np.linspace(0.0, length, int(max(np.ceil(length / LONGEST_STAGE), 150)) + 1)
         way = recording["distance"]
         squared = np.interp(edges, way, recording["vehicle_speed"] ** 2)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bitepoint.assembly.catalogue import CONTROLLERS, PLANTS, SUPERVISORS, controllers_for
-from bitepoint.assembly.planned import BASELINE, DRIVER, FUEL_MODEL, ROAD, PlannedDrive, follow, planned_drive
+from bitepoint.assembly.planned import BASELINE, DRIVER, ROAD, PlannedDrive, follow, planned_drive
 from bitepoint.assembly.profiles import LOGS, given_profiles
 from bitepoint.assembly.report_wishes import ReportWishes, report_wishes
 from bitepoint.assembly.settings import SET, Settings, number
@@ -89,20 +89,14 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
         chosen.groups.setdefault(DRIVER, {}).setdefault("calibration", planned.baseline)
     parameters = _varied(plant, nominal, chosen, lane_groups, lanes)
     calibration = _calibration(controller, chosen.group("controller"), lane_groups.get("controller", {}), lanes)
-    timing = manoeuvre.timing.copy()
-    _apply(Timing, timing, chosen.group("timing"), "timing.")
     supervisors = _supervisors(manoeuvre, plant)
     controllers = [*supervisors, controller]
     profiles = list(given_profiles(manoeuvre, chosen, [plant.inputs, *(each.measurement for each in controllers)]))
-    if set(LOGS.values()) & set(chosen.choices) and "duration" not in chosen.group("timing"):
-        least = 0.0 if "speed" in chosen.choices else timing["duration"][0]
-        timing["duration"] = max(least, profiles[0].time[-1])
     rules = list(_rules(manoeuvre, plant))
     if planned is not None:
         profiles[0] = planned.chased(profiles[0])
         rules.append(planned.arrival)
-        if "duration" not in chosen.group("timing"):
-            timing["duration"] = planned.longest
+    timing = _timing(manoeuvre, chosen, profiles[0], planned)
     beside, constant = _intention(controller, nominal, chosen)
     before = [_supervisor_part(each, nominal, manoeuvre, chosen) for each in supervisors]
     main = _controller_part(controller, _designed(controller, nominal, calibration, chosen))
@@ -125,6 +119,19 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
     report = report_wishes(chosen, manoeuvre.metrics, over is not None)
     figures = FAMILIES[manoeuvre.metrics].measure(_weights(manoeuvre, chosen))
     return Assembly(manoeuvre, vehicle, plant, controller, system, figures, lanes, report, about, log, planned, parts)
+
+
+def _timing(scenario: Scenario, settings: Settings, driver: Profile, planned: PlannedDrive | None) -> RecordArray:
+    """Return the times of the run: as long as what is driven, where nobody says how long."""
+    timing = scenario.timing.copy()
+    _apply(Timing, timing, settings.group("timing"), "timing.")
+    if "duration" not in settings.group("timing"):
+        if planned is not None:
+            timing["duration"] = planned.longest
+        elif set(LOGS.values()) & set(settings.choices):
+            least = 0.0 if "speed" in settings.choices else timing["duration"][0]
+            timing["duration"] = max(least, driver.time[-1])
+    return timing
 
 
 def _weights(scenario: Scenario, settings: Settings) -> RecordArray | None:

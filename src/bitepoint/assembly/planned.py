@@ -49,7 +49,7 @@ class PlannedDrive:
     Attributes:
         kind: "planner" or "cruise"; baseline: name of the driver's calibration.
         model: what was planned with; planner: makes further plans.
-        plan: what is driven.
+        plan: what is driven; price: of time, kg/s, that it was made at.
         length: m; target: speed that the baseline chases, and that both are to have at the end, m/s.
         route: None: flat.
     """
@@ -59,12 +59,13 @@ class PlannedDrive:
     model: RecordArray
     planner: SpeedPlanner
     plan: SpeedPlan
+    price: float
     length: float
     target: float
     route: Route | None
 
     def prepare(self, parameters: RecordArray) -> None:
-        """Put the vehicle, one record of the plant, on the road, in the gear and at the speed that the plan begins with."""
+        """Put the vehicle, a record of the plant, on the road, in the gear and at the speed that the plan begins."""
         parameters["gearbox"]["gear"] = self.plan.gear[0]
         parameters["start"]["speed"] = self.plan.speed[0]
         if self.route is not None:
@@ -87,7 +88,7 @@ class PlannedDrive:
 
 def follow(parts: Sequence[Part], plan: SpeedPlan) -> list[Part]:
     """Return the parts with a driver who follows a plan."""
-    table = plan_parameters(plan.distance, plan.speed, plan.gear, plan.engine_torque)
+    table = plan_parameters(plan.distance, plan.speed, plan.gear.astype(float), plan.engine_torque)
     return [
         replace(part, parameters=pedal_driver.with_plan(part.parameters, table)) if part.name == DRIVER else part
         for part in parts
@@ -123,10 +124,10 @@ def planned_drive(scenario: Scenario, settings: Settings, vehicle: RecordArray) 
     if baseline not in known:
         raise InputError(BASELINE, f"got {baseline}", f"expected one of {', '.join(known)}")
     plan_it = _launch if kind == "planner" else _cruise
-    planner, plan, length, target = plan_it(task[0], model, vehicle, route)
+    planner, plan, price, length, target = plan_it(task[0], model, vehicle, route)
     if not plan.optimal:
         raise InputError(kind, plan.reason, "expected other speeds, a longer way or another road")
-    return PlannedDrive(kind, baseline, model, planner, plan, length, target, route)
+    return PlannedDrive(kind, baseline, model, planner, plan, price, length, target, route)
 
 
 def _route(scenario: Scenario, settings: Settings) -> Route | None:
@@ -142,21 +143,23 @@ def _limits(task: np.void, vehicle: RecordArray) -> Limits:
     )
 
 
-_Planned = tuple[SpeedPlanner, SpeedPlan, float, float]
-"""Planner, plan, length of the way (m) and speed at its end (m/s)."""
+_Planned = tuple[SpeedPlanner, SpeedPlan, float, float, float]
+"""Planner, plan, price of time (kg/s), length of the way (m) and speed at its end (m/s)."""
 
 
 def _launch(task: np.void, model: RecordArray, vehicle: RecordArray, route: Route | None) -> _Planned:
     length = float(task["length"]) if route is None else route.length
+    end_speed = float(task["end_speed"])
     launch = Launch(
         float(vehicle["start"]["speed"][0]),
-        float(task["end_speed"]),
+        end_speed,
         length,
         float(task["minimum_acceleration"]),
         start_gear=int(vehicle["gearbox"]["gear"][0]),
     )
     planner = launch_planner(model, launch, road=route, limits=_limits(task, vehicle))
-    return planner, planner.plan(float(task["time_price"]), gap=True), length, launch.journey().end_speed[1]
+    price = float(task["time_price"])
+    return planner, planner.plan(price, gap=True), price, length, end_speed
 
 
 def _cruise(task: np.void, model: RecordArray, vehicle: RecordArray, route: Route | None) -> _Planned:
@@ -173,10 +176,10 @@ def _cruise(task: np.void, model: RecordArray, vehicle: RecordArray, route: Rout
     held = set_speed_cruise(model, route, cruise, limits=limits)
     planner = cruise_planner(model, route, cruise, limits=limits)
     if not held.optimal:
-        return planner, held, route.length, cruise.set_speed
+        return planner, held, 0.0, route.length, cruise.set_speed
     timed = planner.plan_at_time(held.total_time)
     plan = _windows(model, route, cruise, timed, limits) if task["receding"] else timed.plan
-    return planner, plan, route.length, cruise.set_speed
+    return planner, plan, timed.price, route.length, cruise.set_speed
 
 
 def _windows(model: RecordArray, route: Route, cruise: Cruise, timed: TimedPlan, limits: Limits) -> SpeedPlan:

@@ -65,8 +65,8 @@ class Scenario:
         supervisors: the parts that stand between driver and controller, by name, with what the scenario sets of them.
         road, start: blocks for the plant; rules: stop rules, their limits still to be read in the signal's unit.
         at_end: status of a run that no rule ended.
-        planning: what is planned before it is driven, and with which settings; None for nothing. `baseline`: calibration
-            of the driver that the plan is compared with; `route`: name or file of the road, empty for none.
+        planning: what is planned before it is driven, and with which settings; None for nothing.
+        baseline: calibration of the driver that a plan is compared with; route: name or file of the road, or empty.
         runs, log: what differs between its runs, and how they are logged; None for a scenario of one run.
     """
 
