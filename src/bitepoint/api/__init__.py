@@ -74,8 +74,9 @@ class Result:
     def save(self, folder: str | Path) -> list[Path]:
         """Write recordings, metrics.json and an HTML page into `folder`, made if needed; return their paths.
 
-        One run is recording.parquet and launch.html, driveline.html or driving.html; many are a Parquet file for each
-        log, and excitation.html. Logs that an earlier call wrote there are replaced, all of them.
+        One run is recording.parquet and launch.html, driveline.html or driving.html; a planned drive has a file for
+        each drive beside it too. Many runs are a Parquet file for each log, and excitation.html. Logs that an earlier
+        call wrote there are replaced, all of them.
 
         Raises:
             InputError: the folder cannot be written.
@@ -106,7 +107,9 @@ class Result:
 
         if self.logs:
             return excitation_page(self.logs, self.metrics, self.status, self.reason)
-        write = {"driveline": driveline_page, "driving": driving_page}.get(self.family, launch_page)
+        if self.family == "driving":
+            return driving_page(self.recording, self.metrics, self.status, self.reason, self.compared)
+        write = driveline_page if self.family == "driveline" else launch_page
         return write(self.recording, self.metrics, self.status, self.reason)
 
 

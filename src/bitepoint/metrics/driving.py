@@ -12,7 +12,7 @@ import numpy as np
 
 from bitepoint.metrics.jerk import jerk_peak
 from bitepoint.metrics.metric import Metric, Metrics, energy_residual, existing
-from bitepoint.metrics.speed_trace import speed_error_rms, within_tolerance
+from bitepoint.metrics.speed_trace import TARGET, speed_error_rms, within_tolerance
 from bitepoint.recording import Recording
 
 DRIVING_UNITS: Mapping[str, str] = {
@@ -37,8 +37,9 @@ def driving(recording: Recording) -> Metrics:
     """Return the figures; those whose channels are missing are None.
 
     `end_speed_error` is the speed at the end less the target there; `gear_changes` counts gears that engage after
-    another one.
+    another one. A speed that a driver follows by a plan counts as the one to follow.
     """
+    followed = "speed_wanted" if "speed_wanted" in recording else TARGET
     time, speed = recording.time, recording["vehicle_speed"]
     seconds = float(time[-1] - time[0])
     values: dict[str, float | None] = {"drive_time": seconds, "end_speed": float(speed[-1])}
@@ -55,8 +56,8 @@ def driving(recording: Recording) -> Metrics:
         values["acceleration_peak"] = float(np.abs(recording["vehicle_acceleration"]).max())
     with np.errstate(invalid="ignore", over="ignore"):  # of a run that left the finite numbers
         values["jerk_peak"] = jerk_peak(recording, float(time[-1]))
-        values["speed_error_rms"] = speed_error_rms(recording)
-        values["within_tolerance"] = within_tolerance(recording)
+        values["speed_error_rms"] = speed_error_rms(recording, followed)
+        values["within_tolerance"] = within_tolerance(recording, followed)
         values["energy_residual"] = energy_residual(recording)
     return {name: Metric(existing(values[name]), unit) for name, unit in DRIVING_UNITS.items()}
 

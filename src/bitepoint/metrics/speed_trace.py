@@ -16,25 +16,28 @@ _SAMPLING = 10.0
 """Rate at which the tolerance is looked at, Hz."""
 
 
-def speed_error_rms(recording: Recording) -> float | None:
-    """Return the root mean square of target less speed, m/s, or None where there is no target."""
-    if "speed_target" not in recording:
+TARGET = "speed_target"
+
+
+def speed_error_rms(recording: Recording, target: str = TARGET) -> float | None:
+    """Return the root mean square of target less speed, m/s, or None where there is no channel `target`."""
+    if target not in recording:
         return None
-    return float(np.sqrt(np.mean((recording["speed_target"] - recording["vehicle_speed"]) ** 2)))
+    return float(np.sqrt(np.mean((recording[target] - recording["vehicle_speed"]) ** 2)))
 
 
-def within_tolerance(recording: Recording) -> float | None:
+def within_tolerance(recording: Recording, target: str = TARGET) -> float | None:
     """Return the share of the time in which the speed is in the band of its target, or None where there is none.
 
     The band at a time goes from 2 km/h below the lowest to 2 km/h above the highest target of the time up to 1 s before
     and after.
     """
-    if "speed_target" not in recording:
+    if target not in recording:
         return None
     start, end = float(recording.time[0]), float(recording.time[-1])
     raster: Floats = start + np.arange(int((end - start) * _SAMPLING + 1e-6) + 1) / _SAMPLING
-    speed, target = (np.interp(raster, recording.time, recording[name]) for name in ("vehicle_speed", "speed_target"))
+    speed, wanted = (np.interp(raster, recording.time, recording[name]) for name in ("vehicle_speed", target))
     reach = round(TIME_TOLERANCE * _SAMPLING)
-    near = np.lib.stride_tricks.sliding_window_view(np.pad(target, reach, mode="edge"), 2 * reach + 1)
+    near = np.lib.stride_tricks.sliding_window_view(np.pad(wanted, reach, mode="edge"), 2 * reach + 1)
     inside = (speed >= near.min(axis=1) - SPEED_TOLERANCE) & (speed <= near.max(axis=1) + SPEED_TOLERANCE)
     return float(inside.mean())

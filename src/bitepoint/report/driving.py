@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from bitepoint.metrics import Metrics
 from bitepoint.recording import Recording
 from bitepoint.report.page import BLUE, GREEN, GREY, ORANGE, RED, bullets, figures_table, page, pictures
 from bitepoint.report.panels import RPM, Panel, panels, settings_of
+from bitepoint.report.planned import drives_figure
 
 _HELD = ("gear wanted", "clutch capacity commanded", "throttle")
 """Commands: constant from one step of the controller to the next."""
@@ -44,13 +45,23 @@ def driving_figure(recording: Recording, title: str) -> Any:
     return panels(recording, _PANELS, 0, title, held=_HELD, height=150)
 
 
-def driving_page(recording: Recording, figures: Metrics, status: str, reason: str) -> str:
-    """Return a self-contained HTML page: the figures of merit, the picture, and what was run."""
+def driving_page(
+    recording: Recording, figures: Metrics, status: str, reason: str, compared: Mapping[str, Recording]
+) -> str:
+    """Return a self-contained HTML page: the figures of merit, the pictures, and what was run.
+
+    Args:
+        compared: drives over the same way, by name; none for one that was not planned.
+    """
     title = " · ".join(recording.about.get(key, "") for key in ("scenario", "vehicle", "controller"))
-    picture = pictures([("", driving_figure(recording, ""))])
-    body = figures_table(figures) + bullets(settings_of(recording), "Settings") + picture
+    drawn = [("Over time", driving_figure(recording, ""))]
+    if compared:
+        drives = {"planned, driven": recording, **{name: compared[name] for name in sorted(compared)}}
+        drawn.insert(0, ("Over the way, beside the other drives", drives_figure(drives, "")))
+    body = figures_table(figures) + bullets(settings_of(recording), "Settings") + pictures(drawn)
+    where = "where the way ends" if compared else "of the last row"
     footer = (
-        f"bitepoint {recording.about.get('version', '')}. Fuel, time, way and speed are those of the last row. "
+        f"bitepoint {recording.about.get('version', '')}. Fuel, time, way and speed are those {where}. "
         "Peaks are largest magnitudes over the run. Jerk: vehicle speed at 100 Hz, differenced twice, order-2 "
         "Butterworth forwards and backwards at 10 Hz."
     )
