@@ -184,6 +184,7 @@ def test_list_json_has_names_by_kind(bitepoint: Command) -> None:
         "vehicles": ["dct-na190", "dct-t240", "hatchback-2l", "light-truck", "p2-suv"],
         "scenarios": [
             "conventional-nedc", "dct-excitation", "dct-launch", "eco-launch", "p2-nedc", "p2-tip-in", "p2-tip-step",
+            "predictive-cruise",
         ],
         "controllers": [
             "none", "launch_pid", "ddpc", "ddpc_pso", "launch_mpc", "excitation", "damping_mpc", "damping_shaping",

@@ -151,7 +151,6 @@ def test_a_planned_drive_writes_the_drives_beside_it(tmp_path: Path) -> None:
             {"speed": "x.csv", "speed.column": "v"},
             "--set: speed: eco-launch drives to a plan; leave it out",
         ),
-        ("eco-launch", {"intent": "chase"}, "--set: intent: eco-launch drives to a plan; leave it out"),
         ("eco-launch", {"planner.fuel_model": "no.json"}, "no.json"),
         ("predictive-cruise", {"cruise.band": "0.1 km/h"}, "cruise.band"),
         ("predictive-cruise", {"cruise.set_speed": "200 km/h"}, "cruise: no gear holds 55.5556 m/s"),

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-import bitepoint
-from bitepoint.assembly import CONTROLLERS, PLANTS
+from bitepoint.assembly import CONTROLLERS, PLANTS, assemble
 from bitepoint.export.c.driving import drive
 from bitepoint.export.c.package import RECORDED_ROWS, record, same
 from bitepoint.export.subject import Options, find_subject
 from bitepoint.kernels import Life
 from bitepoint.scenarios import load_scenario, scenario_names
+from bitepoint.simulation.run import Simulation
 from tests.conftest import OTHER_LIVES, needs_c
 
 LONGEST = 150.0
@@ -36,11 +36,14 @@ def test_a_closed_loop_in_c_is_the_simulated_one_to_the_bit(scenario: str, contr
     if "engine_speed" not in CONTROLLERS[controller].measurement.fields:
         settings = {"controller": controller, "intent": intent}
     settings |= {"timing.duration": min(LONGEST, float(load_scenario(scenario).timing["duration"][0]))}
-    compiled = bitepoint.run(scenario, settings, seed=4)
-    in_c = bitepoint.run(scenario, settings, seed=4, life="c")
+    assembly = assemble(scenario, settings)
+    lives: tuple[Life, Life] = ("compiled", "c")
+    compiled, in_c = (Simulation(assembly.system, life=life).run(assembly.figures, seed=4)[0] for life in lives)
+    assert compiled.recording is not None
+    assert in_c.recording is not None
     assert in_c.status == compiled.status
     assert np.array_equal(in_c.recording.data, compiled.recording.data)
-    assert in_c.metrics == compiled.metrics
+    assert in_c.figures == compiled.figures
 
 
 @pytest.mark.parametrize("life", OTHER_LIVES)

@@ -126,13 +126,12 @@ class Comparer:
         if baseline is not None:
             recordings["baseline"] = baseline.recording
             values["baseline_fuel"], values["baseline_time"] = baseline.fuel, baseline.time
-            if driven is not None:
-                values["fuel_saving_raw"] = 1.0 - driven.fuel / baseline.fuel
-                values["mean_speed_loss"] = self.planned.length * (1.0 / baseline.time - 1.0 / driven.time)
+        if baseline is not None and driven is not None:
+            values["fuel_saving_raw"] = 1.0 - driven.fuel / baseline.fuel
+            values["mean_speed_loss"] = self.planned.length * (1.0 / baseline.time - 1.0 / driven.time)
             plan, price, equal = self._equal_time(driven, baseline.time)
             if equal is not None:
-                if equal is not driven:
-                    recordings["equal-time"] = equal.recording
+                recordings |= {} if equal is driven else {"equal-time": equal.recording}
                 values |= self._savings(plan, price, equal, baseline)
         finite = {name: None if value is None or not np.isfinite(value) else value for name, value in values.items()}
         return Comparison({name: Metric(finite[name], unit) for name, unit in UNITS.items()}, recordings)
@@ -143,12 +142,12 @@ class Comparer:
         again = self.planned.planner.plan(self.planned.price, gap=not known)
         return again.plan_time, plan.grid_gap if known else again.grid_gap
 
-    def _equal_time(self, driven: Drive | None, time: float) -> tuple[SpeedPlan, float, Drive | None]:
+    def _equal_time(self, driven: Drive, time: float) -> tuple[SpeedPlan, float, Drive | None]:
         """Return the plan whose drive takes `time` (s), its price of time, and the drive: this one, if it does."""
         plan, price = self.planned.plan, self.planned.price
-        if driven is not None and abs(driven.time - time) <= TIME_MISSED * time:
+        if abs(driven.time - time) <= TIME_MISSED * time:
             return plan, price, driven
-        late = 0.0 if driven is None else driven.time - plan.total_time
+        late = driven.time - plan.total_time
         drive = None
         for _ in range(TURNS):
             timed = self.planned.planner.plan_at_time(time - late)

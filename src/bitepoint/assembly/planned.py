@@ -38,6 +38,9 @@ TASKS: dict[str, type[Record]] = {"planner": LaunchTask, "cruise": CruiseTask}
 BASELINE, ROAD, FUEL_MODEL = "baseline", "road", "fuel_model"
 """Choices: calibration of the driver, and the road; and the model of `planner.fuel_model=FILE`."""
 
+LOG = "speed"
+"""Choice of a log to be followed, which a planned drive has no use for."""
+
 MOST_DURATION = 3.0
 """Longest drive over the time that is planned for it."""
 
@@ -106,9 +109,8 @@ def planned_drive(scenario: Scenario, settings: Settings, vehicle: RecordArray) 
     """
     if scenario.planning is None:
         return None
-    for key in ("intent", "speed"):
-        if key in settings.choices:
-            raise InputError(SET, f"{key}: {scenario.name} drives to a plan", "leave it out")
+    if LOG in settings.choices:
+        raise InputError(SET, f"{LOG}: {scenario.name} drives to a plan", "leave it out")
     kind, block = scenario.planning
     task = TASKS[kind].parse(block, scenario.where, kind)
     changes = dict(settings.group(kind))
