@@ -84,11 +84,19 @@ def _finer(points: Floats, most: int) -> Floats:
     return points
 
 
-def longest(sources: Sources, recorded: Sequence[Inputs], folder: Path) -> Inputs:
-    """Return the sequence with the longest step that was found, up to that step; the same one every time."""
+def drawn(part: Part, recorded: Sequence[Inputs]) -> list[Floats]:
+    """Return the inputs that the search begins with: recorded ones and random ones, for every precision the same."""
+    random = itertools.islice(vectors.random_inputs(part, recorded), DRAWN)
+    return [*(run.inputs for run in recorded), *random]
+
+
+def longest(sources: Sources, tables: Sequence[Floats], folder: Path) -> Inputs:
+    """Return the sequence with the longest step that was found, up to that step; the same one every time.
+
+    Args:
+        tables: inputs to begin with, each of shape (rows, inputs): see `drawn`.
+    """
     search = _Search(sources, folder)
-    drawn = itertools.islice(vectors.random_inputs(sources.part, recorded), DRAWN)
-    tables = itertools.chain((run.inputs for run in recorded), drawn)
     found = [search.until_longest(table) for table in tables if search.spent < MOST_BLOCKS]
     found.sort(key=lambda line: -line[0])
     rng = np.random.default_rng(SEED)
