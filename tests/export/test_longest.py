@@ -10,7 +10,7 @@ import pytest
 from bitepoint.assembly import assemble
 from bitepoint.export.c import coverage, toolchain, vectors
 from bitepoint.export.c.driving import Sequence
-from bitepoint.export.c.longest import BlockCounter, full, longest
+from bitepoint.export.c.longest import BlockCounter, drawn, full, longest
 from bitepoint.export.c.package import lay_down
 from bitepoint.export.c.sources import Sources
 from bitepoint.kernels import kernel, to_index
@@ -100,7 +100,7 @@ def test_the_search_ends_with_the_longest_step_and_is_the_same_again(tmp_path: P
     found: list[Sequence] = []
     for name in ("one", "two"):
         (tmp_path / name).mkdir()
-        found.append(longest(sources(), [ramp()], tmp_path / name))
+        found.append(longest(sources(), drawn(loop(), [ramp()]), tmp_path / name))
     first, second = found
     assert first.inputs.tobytes() == second.inputs.tobytes()
     (tmp_path / "again").mkdir()

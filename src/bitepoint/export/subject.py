@@ -119,10 +119,13 @@ def _as_controller(name: str, block: Controller, settings: Mapping[str, Any]) ->
 
 
 def _loops(plants: Sequence[str], settings: Mapping[str, Any]) -> Iterator[tuple[str, Assembly]]:
-    """Yield each library scenario with a fitting plant, in each of its intents, the scenario's own first."""
+    """Yield each library scenario with a fitting plant, in each of its intents, the scenario's own first.
+
+    Those that drive to a plan are left out: planning takes seconds, and the parts in their loop are the same.
+    """
     for name in scenario_names():
         scenario = load_scenario(name)
-        if scenario.plant not in plants:
+        if scenario.plant not in plants or scenario.planning is not None:
             continue
         if {"intent", "pedal", "speed"} & set(settings):
             yield f"{name} as set", assemble(name, settings)

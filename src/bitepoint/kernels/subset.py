@@ -15,7 +15,7 @@ import ast
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 from bitepoint.kernels.expressions import Expressions
@@ -131,7 +131,7 @@ class _Checker:
             raise self.source.fail(node, problem, "give it one before the branch or the loop")
         return (self.known or self.locals)[node.id]
 
-    @property
+    @cached_property
     def _all_locals(self) -> set[str]:
         walk = ast.walk(self.source.node)
         return {n.id for n in walk if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}

@@ -9,12 +9,12 @@ import os
 import shutil
 import subprocess
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self
 
-from bitepoint.export.c.driving import Sequence, drive_entries
-from bitepoint.export.c.probe import build_probe, probe_entries, probe_text
+from bitepoint.export.c.driving import Sequence
+from bitepoint.export.c.probe import UNLIMITED, BlockCounter
 from bitepoint.export.c.sources import Sources
 
 EXPLAINED = "never:"
@@ -55,24 +55,27 @@ def available() -> bool:
 
 
 def choose(sources: Sources, recorded: Iterable[Sequence], random: Iterator[Sequence], folder: Path) -> list[Sequence]:
-    """Return all recorded sequences and those random ones that reach something new."""
+    """Return all recorded sequences and those random ones that reach something new, none of which takes too long."""
     chosen = list(recorded)
     if not available():
         return [*chosen, *(next(random) for _ in range(16))]
     with Probe(sources, folder) as probe:
-        for sequence in chosen:
-            probe.run(sequence)
+        most = LONGER * max(probe.run(sequence)[1] for sequence in chosen)
         found = probe.reached()
         for _ in range(CANDIDATES):
             if all(missing.reason for missing in found.missing):
                 break
-            sequence = next(random)
-            probe.run(sequence)
+            sequence, _ = probe.run(next(random), most)
             now = probe.reached()
             if now.reached > found.reached:
                 chosen.append(sequence)
                 found = now
     return chosen
+
+
+LONGER = 3
+"""Basic blocks that a random sequence may take, in those of the recorded one with most of them: random parameters of a
+plant may ask for a hundred times as many substeps. Those of controllers seldom take more than two."""
 
 
 _DUMP = """\
@@ -92,12 +95,8 @@ class Probe:
     """A part in C, built so that it counts its branches, driven in this process."""
 
     def __init__(self, sources: Sources, folder: Path) -> None:
-        self.sources = sources
         self.folder = folder
-        self.texts, self.own = probe_text(sources)
-        (folder / "probe.c").write_text("\n".join([*self.texts, _DUMP]), encoding="utf-8")
-        self.library = build_probe(folder, ["-O0", "--coverage"], ["probe.c"])
-        self.init, self.step = probe_entries(self.library)
+        self.counter = BlockCounter(sources, folder, ["-O0", "--coverage"], _DUMP)
 
     def __enter__(self) -> Self:
         """Return the probe."""
@@ -105,19 +104,24 @@ class Probe:
 
     def __exit__(self, *_: object) -> None:
         """Unload it: gcov writes when a library goes, and would make the folder again when the process ends."""
-        _ctypes.dlclose(self.library._handle)
+        _ctypes.dlclose(self.counter.library._handle)
 
-    def run(self, sequence: Sequence) -> None:
-        """Step through a sequence; what it reaches adds to what was reached before."""
-        drive_entries(self.sources.part, sequence, self.sources.precision, self.init, self.step)
+    def run(self, sequence: Sequence, most: int = UNLIMITED) -> tuple[Sequence, int]:
+        """Step through a sequence; what it reaches adds to what was reached before.
+
+        Returns:
+            the sequence up to the step that goes beyond `most` basic blocks, and the blocks that it took.
+        """
+        counts = self.counter.count(sequence, most)
+        return replace(sequence, inputs=sequence.inputs[: len(counts) + 1]), int(counts.sum())
 
     def reached(self) -> Coverage:
         """Return what was reached so far."""
-        self.library.probe_dump()
+        self.counter.library.probe_dump()
         command = ["gcov", "--branch-probabilities", "--json-format", "--stdout", "probe.so-probe.gcda"]
         done = subprocess.run(command, cwd=self.folder, check=True, capture_output=True)
         lines = [line for file in json.loads(done.stdout)["files"] for line in file["lines"]]
-        return _coverage([line for line in lines if line["line_number"] in self.own], self.texts)
+        return _coverage([line for line in lines if line["line_number"] in self.counter.own], self.counter.texts)
 
 
 def read(file: Path, source: Path) -> Coverage:

@@ -11,7 +11,6 @@ iterations is the bound.
 
 from __future__ import annotations
 
-import ctypes
 import itertools
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,15 +19,13 @@ from typing import Any
 import numpy as np
 
 from bitepoint.export.c import vectors
-from bitepoint.export.c.driving import Driver, Floats, iteration_counts
+from bitepoint.export.c.driving import Floats, iteration_counts
 from bitepoint.export.c.driving import Sequence as Inputs
-from bitepoint.export.c.probe import build_probe, compile_here, probe_entries, probe_text
+from bitepoint.export.c.probe import BlockCounter
 from bitepoint.export.c.sources import Sources
 from bitepoint.fields import Field
 from bitepoint.records import RecordArray, tabulated
 from bitepoint.simulation.system import Part
-
-Counts = np.ndarray[Any, np.dtype[np.int64]]
 
 DRAWN = 500
 """Sequences that are drawn."""
@@ -44,62 +41,6 @@ SEED = 3
 
 MOST_BLOCKS = 1_000_000_000
 """Basic blocks after which the search ends in any case: a few seconds."""
-
-_COUNTER = """\
-#include <stdint.h>
-
-void __sanitizer_cov_trace_pc(void);
-void probe_step(char **arguments, const intptr_t *steps, intptr_t lanes);
-void probe_rows(char **arguments, const intptr_t *steps, intptr_t many, intptr_t rows, int64_t *counts);
-
-static int64_t blocks;
-
-void __sanitizer_cov_trace_pc(void)
-{
-    blocks++;
-}
-
-void probe_rows(char **arguments, const intptr_t *steps, intptr_t many, intptr_t rows, int64_t *counts)
-{
-    for (intptr_t row = 0; row < rows; row++)
-    {
-        blocks = 0;
-        probe_step(arguments, steps, 1);
-        counts[row] = blocks;
-        for (intptr_t k = 0; k < many; k++)
-        {
-            arguments[k] += steps[k];
-        }
-    }
-}
-"""
-"""Compiled without the flag that makes every basic block of the part call it."""
-
-
-class BlockCounter:
-    """A part in C, built so that it counts the basic blocks that it runs through."""
-
-    def __init__(self, sources: Sources, folder: Path) -> None:
-        self.driver = Driver(sources.part, sources.precision)
-        (folder / "probe.c").write_text("\n".join(probe_text(sources)[0]), encoding="utf-8")
-        (folder / "counter.c").write_text(_COUNTER, encoding="utf-8")
-        compile_here(folder, ["-fPIC", "-c", "counter.c"])
-        self.library = build_probe(folder, ["-fsanitize-coverage=trace-pc"], ["probe.c", "counter.o"])
-        self.init, _ = probe_entries(self.library)
-
-    def count(self, sequence: Inputs) -> Counts:
-        """Return how many basic blocks each step of a sequence runs through, shape (rows - 1,)."""
-        part = self.driver.part
-        rows = np.ascontiguousarray(self.driver.begin(sequence, self.init)[1:])
-        arguments = self.driver.arguments(part.step)
-        strides, counts = np.zeros(len(arguments), np.int64), np.zeros(len(rows), np.int64)
-        for k, parameter in enumerate(part.step.parameters):
-            if parameter.record is part.inputs:
-                arguments[k], strides[k] = rows.ctypes.data, rows.strides[0]
-        places = [ctypes.c_void_p(array.ctypes.data) for array in (arguments, strides, counts)]
-        sizes = [ctypes.c_ssize_t(size) for size in (len(arguments), len(rows))]
-        self.library.probe_rows(*places[:2], *sizes, places[2])
-        return counts
 
 
 def full(part: Part) -> RecordArray:
@@ -143,11 +84,19 @@ def _finer(points: Floats, most: int) -> Floats:
     return points
 
 
-def longest(sources: Sources, recorded: Sequence[Inputs], folder: Path) -> Inputs:
-    """Return the sequence with the longest step that was found, up to that step; the same one every time."""
+def drawn(part: Part, recorded: Sequence[Inputs]) -> list[Floats]:
+    """Return the inputs that the search begins with: recorded ones and random ones, for every precision the same."""
+    random = itertools.islice(vectors.random_inputs(part, recorded), DRAWN)
+    return [*(run.inputs for run in recorded), *random]
+
+
+def longest(sources: Sources, tables: Sequence[Floats], folder: Path) -> Inputs:
+    """Return the sequence with the longest step that was found, up to that step; the same one every time.
+
+    Args:
+        tables: inputs to begin with, each of shape (rows, inputs): see `drawn`.
+    """
     search = _Search(sources, folder)
-    drawn = itertools.islice(vectors.random_inputs(sources.part, recorded), DRAWN)
-    tables = itertools.chain((run.inputs for run in recorded), drawn)
     found = [search.until_longest(table) for table in tables if search.spent < MOST_BLOCKS]
     found.sort(key=lambda line: -line[0])
     rng = np.random.default_rng(SEED)

@@ -18,7 +18,7 @@ from bitepoint.errors import InputError
 from bitepoint.export.c import coverage, toolchain, vectors
 from bitepoint.export.c.driving import Answers, Floats, drive, iteration_counts
 from bitepoint.export.c.driving import Sequence as Inputs
-from bitepoint.export.c.longest import longest
+from bitepoint.export.c.longest import drawn, longest
 from bitepoint.export.c.report import Difference, Findings
 from bitepoint.export.c.sources import Sources
 from bitepoint.export.c.templates import filled
@@ -135,8 +135,9 @@ def _longest(variants: Sequence[Sources], recorded: Sequence[Inputs], work: Path
     if part.name in PLANTS or not coverage.available():
         yield vectors.longest_searches(recorded[0], part)
         return
+    tables = drawn(part, recorded)
     for name, variant in {variant.precision.name: variant for variant in variants}.items():
-        yield longest(variant, recorded, _folder(work, f"longest-{name}"))
+        yield longest(variant, tables, _folder(work, f"longest-{name}"))
 
 
 def _folder(work: Path, name: str) -> Path:

@@ -88,6 +88,9 @@ def longest_searches(run: Inputs, part: Part) -> Inputs:
 
 def _break(table: Floats, share: float, rng: np.random.Generator) -> None:
     """Replace a share of the inputs by what a broken sensor may show."""
+    if share == 0.0:
+        rng.random(table.size)  # as many as below, so that what is drawn next does not depend on it
+        return
     for row in table:
         for column in range(len(row)):
             if rng.random() < share:
