@@ -15,7 +15,9 @@ from bitepoint import Result
 from bitepoint.assembly import Comparer, assemble
 from bitepoint.assembly.comparison import Drive
 from bitepoint.files import library_folder
+from bitepoint.models.fuel_model import FuelModel, GearRule
 from bitepoint.recording import Recording
+from bitepoint.records import Curve
 from tests.conftest import Refused, names_in
 
 LENGTH = 150.0
@@ -163,6 +165,24 @@ def test_what_cannot_be_planned_is_refused(
     refused: Refused, scenario: str, settings: dict[str, str], line: str
 ) -> None:
     refused(lambda: bitepoint.run(scenario, settings), line)
+
+
+def test_a_plan_takes_a_fuel_model_that_knows_gears(tmp_path: Path, refused: Refused) -> None:
+    planned = assemble("eco-launch", {}).planned
+    assert planned is not None
+    correction = planned.model["correction"].copy()
+    for edge, acceleration in (("lowest", -3.0), ("highest", 3.0)):
+        correction[edge] = Curve.through([0.0, 40.0], [acceleration, acceleration])[0]
+    plain, steady = str(tmp_path / "plain.json"), str(tmp_path / "steady.json")
+    FuelModel(correction).save(plain)
+    refused(lambda: bitepoint.run("eco-launch", {"planner.fuel_model": plain}), f"{plain}: a plain fuel model")
+    vehicle = planned.model.copy()
+    vehicle["engine"]["fuel"]["z"] *= 2.0
+    rule = GearRule.parse({"lowest_speed": 120.0, "highest_load": 0.9}, "")
+    FuelModel(correction, vehicle, rule).save(steady)
+    twice = assemble("eco-launch", {"planner.fuel_model": steady}).planned
+    assert twice is not None
+    assert twice.plan.total_fuel == pytest.approx(2.0 * planned.plan.total_fuel, rel=0.01)
 
 
 def test_a_scenario_file_of_a_planned_drive(tmp_path: Path, refused: Refused) -> None:

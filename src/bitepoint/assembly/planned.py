@@ -119,7 +119,7 @@ def planned_drive(scenario: Scenario, settings: Settings, vehicle: RecordArray) 
         TASKS[kind].assign(task, key, value, SET, f"{kind}.")
     model = LongitudinalModel.of(vehicle)
     if file is not None:
-        model = FuelModel.load(str(file)).applied(model)
+        model = _fuelled(str(file), model)
     route = _route(scenario, settings)
     baseline = str(settings.choices.get(BASELINE, scenario.baseline))
     known = pedal_driver.CONTROLLER.calibrations()
@@ -130,6 +130,15 @@ def planned_drive(scenario: Scenario, settings: Settings, vehicle: RecordArray) 
     if not plan.optimal:
         raise InputError(kind, plan.reason, "expected other speeds, a longer way or another road")
     return PlannedDrive(kind, baseline, model, planner, plan, price, length, target, route)
+
+
+def _fuelled(file: str, model: RecordArray) -> RecordArray:
+    """Return the model with the fuel of a file."""
+    fuel = FuelModel.load(file)
+    if fuel.kind == "plain":
+        mend = "expected a steady one: bitepoint identify --model fuel --vehicle FILE"
+        raise InputError(file, "a plain fuel model, to which all gears are alike", mend)
+    return fuel.applied(model)
 
 
 def _route(scenario: Scenario, settings: Settings) -> Route | None:
