@@ -133,6 +133,22 @@ def test_a_road_from_a_file_is_driven(tmp_path: Path) -> None:
     assert result.recording["road_grade"] == pytest.approx(grade, abs=1e-4)
 
 
+def test_limits_of_the_road_hold_for_the_plan_and_for_the_baseline(tmp_path: Path, refused: Refused) -> None:
+    road = tmp_path / "road.csv"
+    limits = [f"{s},0,{50 if 1000 <= s < 2000 else 90}" for s in range(0, 3001, 20)]
+    road.write_text("distance_m,grade,speed_limit_kmh\n" + "\n".join(limits) + "\n")
+    result = bitepoint.run("predictive-cruise", {"road": str(road)})
+    for recording, late in ((result.recording, 0.0), (result.compared["baseline"], 150.0)):
+        way, speed = recording["distance"], recording["vehicle_speed"] * 3.6
+        assert speed[(way > 1000.0 + late) & (way < 2000.0)].max() < 52.0
+        assert speed[way < 900.0].max() > 73.0
+    assert value(result, "fuel_saving_equal_time") > 0.0
+    road.write_text("distance_m,grade,stop\n0,0,0\n500,0,1\n1000,0,0\n")
+    refused(
+        lambda: bitepoint.run("predictive-cruise", {"road": str(road)}), "1 stop lines", "leave the column stop out"
+    )
+
+
 def test_a_planned_drive_writes_the_drives_beside_it(tmp_path: Path) -> None:
     launched().save(tmp_path)
     assert names_in(tmp_path) == [
@@ -157,6 +173,7 @@ def test_a_planned_drive_writes_the_drives_beside_it(tmp_path: Path) -> None:
         ("predictive-cruise", {"cruise.band": "0.1 km/h"}, "cruise.band"),
         ("predictive-cruise", {"cruise.set_speed": "200 km/h"}, "cruise: no gear holds 55.5556 m/s"),
         ("predictive-cruise", {"road": "nowhere"}, "nowhere: no such road"),
+        ("eco-launch", {"road": "hills"}, "planner: a launch over 20000 m; expected up to 1000 m"),
         ("dct-launch", {"baseline": "eco"}, "--set: baseline: unknown key"),
         ("dct-launch", {"planner.length": "100 m"}, "--set: planner: unknown group"),
     ],

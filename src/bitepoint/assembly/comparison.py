@@ -39,6 +39,9 @@ TURNS = 3
 TIME_MISSED = 2e-3
 """Share of that time that may be missed; the rest is valued at the price of time."""
 
+MOST_TIME_MISSED = 1e-2
+"""The same, beyond which no drive is said to take that time."""
+
 LONGEST_STAGE = 10.0
 """Way, m, over which a drive is averaged to see what its gears cost; a short one has 150 stages."""
 
@@ -156,7 +159,8 @@ class Comparer:
             if drive is None or abs(drive.time - time) <= TIME_MISSED * time:
                 break
             late += drive.time - time
-        return plan, price, drive
+        met = drive is not None and abs(drive.time - time) <= MOST_TIME_MISSED * time
+        return plan, price, drive if met else None
 
     def _savings(self, plan: SpeedPlan, price: float, equal: Drive, baseline: Drive) -> dict[str, float | None]:
         reference = self.corrected(baseline)

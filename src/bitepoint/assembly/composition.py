@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bitepoint.assembly.catalogue import CONTROLLERS, PLANTS, SUPERVISORS, controllers_for
-from bitepoint.assembly.planned import BASELINE, DRIVER, ROAD, PlannedDrive, follow, planned_drive
+from bitepoint.assembly.planned import BASELINE, DRIVER, ROAD, PlannedDrive, follow, planned_drive, within_limits
 from bitepoint.assembly.profiles import LOGS, given_profiles
 from bitepoint.assembly.report_wishes import ReportWishes, report_wishes
 from bitepoint.assembly.settings import SET, Settings, number
@@ -101,6 +101,7 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
     before = [_supervisor_part(each, nominal, manoeuvre, chosen) for each in supervisors]
     main = _controller_part(controller, _designed(controller, nominal, calibration, chosen))
     parts = [*before, *beside, main]
+    baseline = [] if planned is None else within_limits(parts, planned.route, planned.target)
     system = System(
         plant=_plant_part(plant, parameters, float(timing["tick"][0])),
         controllers=parts if planned is None else follow(parts, planned.plan),
@@ -118,7 +119,9 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
         _apply(LogSettings, log, chosen.group("log"), "log.")
     report = report_wishes(chosen, manoeuvre.metrics, over is not None)
     figures = FAMILIES[manoeuvre.metrics].measure(_weights(manoeuvre, chosen))
-    return Assembly(manoeuvre, vehicle, plant, controller, system, figures, lanes, report, about, log, planned, parts)
+    return Assembly(
+        manoeuvre, vehicle, plant, controller, system, figures, lanes, report, about, log, planned, baseline
+    )
 
 
 def _timing(scenario: Scenario, settings: Settings, driver: Profile, planned: PlannedDrive | None) -> RecordArray:

@@ -13,15 +13,15 @@ import numpy as np
 
 from bitepoint.assembly.settings import SET, Settings
 from bitepoint.controllers import pedal_driver
-from bitepoint.controllers.plan_table import plan_parameters
+from bitepoint.controllers.plan_table import PLAN_POINTS, plan_parameters
 from bitepoint.errors import InputError
 from bitepoint.models.fuel_model import FuelModel
 from bitepoint.models.longitudinal import LongitudinalModel
 from bitepoint.models.plan import SpeedPlan
 from bitepoint.models.route import Route
 from bitepoint.parts.road_profile import grade_profile
-from bitepoint.planning.drive_tasks import CruiseTask, LaunchTask
-from bitepoint.planning.eco_launch import Launch, launch_planner
+from bitepoint.planning.drive_tasks import LONGEST_LAUNCH, CruiseTask, LaunchTask
+from bitepoint.planning.eco_launch import LAUNCH_GRID, Launch, launch_planner
 from bitepoint.planning.predictive_cruise import Cruise, RecedingCruise, cruise_planner, set_speed_cruise
 from bitepoint.planning.speed_planner import Limits, SpeedPlanner, TimedPlan
 from bitepoint.records import Record, RecordArray
@@ -40,6 +40,12 @@ BASELINE, ROAD, FUEL_MODEL = "baseline", "road", "fuel_model"
 
 LOG = "speed"
 """Choice of a log to be followed, which a planned drive has no use for."""
+
+MOST_STAGES = 60
+"""Stages of the first sweep of a launch."""
+
+SLOWING_DOWN = 0.8
+"""Deceleration with which the baseline comes to a lower limit, m/s^2 (chosen, a calm driver's)."""
 
 MOST_DURATION = 3.0
 """Longest drive over the time that is planned for it."""
@@ -92,8 +98,25 @@ class PlannedDrive:
 def follow(parts: Sequence[Part], plan: SpeedPlan) -> list[Part]:
     """Return the parts with a driver who follows a plan."""
     table = plan_parameters(plan.distance, plan.speed, plan.gear.astype(float), plan.engine_torque)
+    return _driven_to(parts, table, pedal_driver.PLAN)
+
+
+def within_limits(parts: Sequence[Part], route: Route | None, target: float) -> list[Part]:
+    """Return the parts with a driver who chases a speed (m/s) within the limits of a road, and brakes ahead of them."""
+    if route is None or not (route.speed_limit < target).any():
+        return list(parts)
+    edges = np.linspace(0.0, route.length, PLAN_POINTS)
+    limit = np.append(route.cells(edges)[1], route.speed_limit[-1])
+    squared = np.minimum(np.minimum(limit, np.append(np.inf, limit[:-1])), target) ** 2
+    room = 2.0 * SLOWING_DOWN * edges
+    squared = np.minimum(squared, np.minimum.accumulate((squared + room)[::-1])[::-1] - room)
+    nothing = np.zeros(PLAN_POINTS)
+    return _driven_to(parts, plan_parameters(edges, np.sqrt(squared), nothing, nothing), pedal_driver.SPEEDS)
+
+
+def _driven_to(parts: Sequence[Part], table: RecordArray, mode: int) -> list[Part]:
     return [
-        replace(part, parameters=pedal_driver.with_plan(part.parameters, table)) if part.name == DRIVER else part
+        replace(part, parameters=pedal_driver.with_plan(part.parameters, table, mode)) if part.name == DRIVER else part
         for part in parts
     ]
 
@@ -143,7 +166,11 @@ def _fuelled(file: str, model: RecordArray) -> RecordArray:
 
 def _route(scenario: Scenario, settings: Settings) -> Route | None:
     name = settings.choices.get(ROAD, scenario.route)
-    return load_route(str(name)) if name else None
+    route = load_route(str(name)) if name else None
+    if route is not None and route.stops.size:
+        problem = f"{route.stops.size} stop lines, which a plan can have, and its driver cannot keep yet"
+        raise InputError(str(name), problem, "leave the column stop out")
+    return route
 
 
 def _limits(task: np.void, vehicle: RecordArray) -> Limits:
@@ -160,6 +187,9 @@ _Planned = tuple[SpeedPlanner, SpeedPlan, float, float, float]
 
 def _launch(task: np.void, model: RecordArray, vehicle: RecordArray, route: Route | None) -> _Planned:
     length = float(task["length"]) if route is None else route.length
+    if length > LONGEST_LAUNCH:
+        mend = f"expected up to {LONGEST_LAUNCH:g} m, or the scenario predictive-cruise"
+        raise InputError("planner", f"a launch over {length:g} m", mend)
     end_speed = float(task["end_speed"])
     launch = Launch(
         float(vehicle["start"]["speed"][0]),
@@ -168,7 +198,8 @@ def _launch(task: np.void, model: RecordArray, vehicle: RecordArray, route: Rout
         float(task["minimum_acceleration"]),
         start_gear=int(vehicle["gearbox"]["gear"][0]),
     )
-    planner = launch_planner(model, launch, road=route, limits=_limits(task, vehicle))
+    grid = replace(LAUNCH_GRID, spacing=max(LAUNCH_GRID.spacing, length / MOST_STAGES))
+    planner = launch_planner(model, launch, road=route, limits=_limits(task, vehicle), grid=grid)
     price = float(task["time_price"])
     return planner, planner.plan(price, gap=True), price, length, end_speed
 

@@ -6,6 +6,8 @@
 target: v* is the speed to follow, and gears follow a map: up where the engine turns faster than a line over the
 throttle, and the next gear not slower than the launch speed; down where the gear below would not be left at once.
 
+speeds: the same with v* from a plan over distance.
+
 plan: v*, gear and torque come from a plan over distance. Its torque is fed forward, ahead by the lag of the engine, and
 u corrects it, likewise its gear, ahead by half a shift.
 
@@ -29,8 +31,8 @@ from bitepoint.parts.amt import GEARS, AutomatedGearbox, gear_ratio
 from bitepoint.parts.torque_engine import TorqueEngine, fuel_cut_torque, highest_torque
 from bitepoint.records import Record, RecordArray, count, nested, quantity
 
-TARGET, PLAN = range(2)
-MODES = ("target", "plan")
+TARGET, PLAN, SPEEDS = range(3)
+MODES = ("target", "plan", "speeds")
 
 STANDING_SPEED = 0.05
 """Speed to follow below which the driver wants to stand, m/s."""
@@ -42,7 +44,7 @@ LEAST_SPAN = 1.0
 class PedalDriverCalibration(Record):
     """What can be set."""
 
-    mode: int = count(0, 1, "what the driver follows", default=0, names=MODES)
+    mode: int = count(0, 2, "what the driver follows", default=0, names=MODES)
     throttle_gain: float = quantity("s/m", 0, 10, "throttle per error of the speed", default=0.288)
     integral_gain: float = quantity("1/m", 0, 10, "rate of the throttle per error of the speed", default=0.036)
     throttle_limit: float = quantity("1", 0.01, 1, "most throttle", default=0.7)
@@ -144,7 +146,7 @@ def choose_gear(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMea
 @kernel
 def speed_to_follow(p: PedalDriverParameters, m: PedalDriverMeasurement) -> float:
     """Return the speed to follow, m/s: the target's, or the plan's here."""
-    return planned_speed(p.plan, m.distance) if p.calibration.mode == PLAN else clamp(m.speed_target, 0.0, 100.0)
+    return planned_speed(p.plan, m.distance) if p.calibration.mode != TARGET else clamp(m.speed_target, 0.0, 100.0)
 
 
 @kernel
@@ -243,11 +245,11 @@ def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
     return parameters
 
 
-def with_plan(parameters: RecordArray, plan: RecordArray) -> RecordArray:
-    """Return the parameters of a driver who follows a plan, made by `plan_parameters`."""
+def with_plan(parameters: RecordArray, plan: RecordArray, mode: int = PLAN) -> RecordArray:
+    """Return the parameters of a driver who follows a plan, made by `plan_parameters`; SPEEDS: its speeds alone."""
     changed = parameters.copy()
     changed["plan"] = plan
-    changed["calibration"]["mode"] = PLAN
+    changed["calibration"]["mode"] = mode
     return changed
 
 

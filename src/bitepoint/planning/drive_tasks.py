@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from bitepoint.records import Record, count, quantity
 
+LONGEST_LAUNCH = 1000.0
+"""Way, m, over which a launch is planned; a longer road is a cruise."""
+
 
 class LaunchTask(Record):
     """A launch from the speed at which the scenario starts; settings `planner.*`."""
 
-    length: float = quantity("m", 10, 5000, "way in which the end speed is to be reached", default=150.0)
+    length: float = quantity("m", 10, LONGEST_LAUNCH, "way in which the end speed is to be reached", default=150.0)
     end_speed: float = quantity("m/s", 0.1, 70, "speed at the end", default=49.8 / 3.6)
     minimum_acceleration: float = quantity("m/s^2", 0, 5, "least that the engine gives, shifts left out", default=0.0)
     time_price: float = quantity("kg/s", 0, 1, "fuel that a second is worth; 0: the cheapest launch", default=0.0)
