@@ -1,0 +1,3 @@
+"""What has to be said beside the figures."""
+
+NOTES = ()
