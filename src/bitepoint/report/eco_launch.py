@@ -114,14 +114,17 @@ def savings_figure(savings: Mapping[str, tuple[float, float, float]], published:
             go.Bar(x=list(savings), y=values, name=name, marker_color=colour, text=text, textposition="outside")
         )
     label = f"published, {100.0 * published:.2f} %"
-    figure.add_hline(y=100.0 * published, line={"color": RED, "dash": "dash"}, annotation_text=label)
+    figure.add_hline(
+        y=100.0 * published, line={"color": RED, "dash": "dash"}, annotation_text=label,
+        annotation_position="top left",
+    )  # fmt: skip
     figure.update_xaxes(title_text="driver")
     figure.update_yaxes(title_text="saving of fuel, %")
     return _finished(figure, 440)
 
 
 def euler_figure(errors: Mapping[float, float], promised: Mapping[str, Mapping[float, float]], bound: float) -> Any:
-    """Return the picture of steps over their length, m: error of the speed (m/s), and the fuel that is promised (kg)."""
+    """Return the picture of steps over their length, m: error of the speed (m/s), and the promised fuel (kg)."""
     figure, go = _grid(rows=1, cols=2, subplot_titles=["too fast after 10 m at 2 m/s²", "fuel of 150 m as reckoned"])
     line = {"color": RED, "width": 1.8}
     error = go.Scatter(
@@ -141,9 +144,11 @@ def euler_figure(errors: Mapping[float, float], promised: Mapping[str, Mapping[f
 
 
 def cruise_figure(saved: Mapping[float, tuple[float, float]]) -> Any:
-    """Return the picture of savings and what avoided braking explains of them, by the standard deviation of the grade."""
+    """Return the picture of savings, and what explains them, over the grade's standard deviation."""
     figure, go = _grid(rows=1, cols=1)
-    for n, (name, colour) in enumerate((("saving in equal time", BLUE), ("of avoided braking", ORANGE))):
+    for n, (name, colour) in enumerate(
+        (("saving in equal time", BLUE), ("what less braking and overrun explains", ORANGE))
+    ):
         y = [100.0 * each[n] for each in saved.values()]
         text = [f"{value:.1f}" for value in y]
         x = [f"{100.0 * grade:g} %" for grade in saved]

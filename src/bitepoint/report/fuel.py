@@ -98,6 +98,7 @@ def _filtered(found: FuelIdentified) -> Any:
 
 
 def fit_figure(found: FuelIdentified) -> Any:
+    """Return the picture of speed, fuel and its total over time, measured and modelled: of validation, if any."""
     import plotly.graph_objects as go
     from plotly import subplots
 

@@ -24,7 +24,9 @@ class Paper:
     reproduce: Callable[[Progress], Reproduction]
 
 
-PAPERS: Mapping[str, Paper] = {study.NAME: Paper(study.SOURCE, study.reproduce) for study in (dct_launch, p2_damping, eco_launch)}
+PAPERS: Mapping[str, Paper] = {
+    study.NAME: Paper(study.SOURCE, study.reproduce) for study in (dct_launch, p2_damping, eco_launch)
+}
 """All of them, by name."""
 
 

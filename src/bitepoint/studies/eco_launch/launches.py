@@ -147,7 +147,8 @@ def _honest(name: str, each: Launches) -> Iterator[Row]:
     case = f"{name}, equal time and energy"
     saving, planned = each.value("fuel_saving_equal_time"), each.value("fuel_saving_planned")
     goal = GOALS.get(name)
-    yield Row(case, "fuel_saving_equal_time", goal, saving, "1", None if goal is None else 0.0, "least")
+    claim = (None, "about") if goal is None else (0.0, "least")
+    yield Row(case, "fuel_saving_equal_time", goal, saving, "1", *claim)
     yield Row(case, "gear_only_saving", None, each.value("gear_only_share") * saving, "1")
     yield Row(case, "saving_realised", REALISED, each.value("saving_realised"), "1", 0.0, "least")
     yield Row(case, "fuel driven over fuel planned", 1.0, (1.0 - saving) / (1.0 - planned), "1", 0.01)

@@ -12,7 +12,7 @@ from bitepoint.errors import InputError
 from bitepoint.models.plan import SpeedPlan
 from bitepoint.parts.torque_engine import highest_torque
 from bitepoint.planning.eco_launch import Launch, best_efficiency_fuel, launch_planner
-from bitepoint.planning.shift_schedule import CROSSING, HYSTERESIS, ShiftSchedule
+from bitepoint.planning.shift_schedule import CROSSING, HYSTERESIS, ShiftSchedule, economy_schedule
 from bitepoint.planning.speed_planner import Limits, TimedPlan
 from bitepoint.planning.steady import economy_speed
 from bitepoint.recording import Floats
@@ -46,6 +46,12 @@ OUTPUT_DOWNSHIFT = 65.0 * math.pi / 30.0
 
 ENGINE_POWER = 110e3
 """Of the engine of the paper's schedule, W."""
+
+STRONGER = 1.1
+"""Full load of another engine of that size over ours."""
+
+PART_LOAD = 0.801
+"""Share of the full load beyond which the torque of the stronger engine leaves the fuel map."""
 
 
 @dataclass(frozen=True)
@@ -90,14 +96,14 @@ def plan_rows(found: Plans) -> Iterator[Row]:
 
 
 def _share(plan: SpeedPlan, gear: int) -> float:
-    way = np.diff(plan.distance)
-    return float(way[plan.gear[:-1] == gear].sum() / way.sum())
+    way: Floats = np.diff(plan.distance)
+    return float(np.sum(way * (plan.gear[:-1] == gear)) / np.sum(way))
 
 
 def schedule_rows(model: RecordArray, schedule: ShiftSchedule) -> Iterator[Row]:
     """Yield what can be said of fig. 6, and of the speed at the end."""
     case = "shift schedule"
-    gap = float(np.max(np.abs(schedule.up - schedule.down)))
+    gap = float(np.max(schedule.up - schedule.down))
     yield Row(case, "downshift below upshift", HYSTERESIS, gap, "m/s", 0.01)
     final, radius = float(model["gearbox"]["final_drive"][0]), float(model["vehicle"]["wheel_radius"][0])
     yield Row(case, "the same at the gearbox output", OUTPUT_DOWNSHIFT, gap / radius * final, "rad/s", 0.05)
@@ -113,6 +119,13 @@ def schedule_rows(model: RecordArray, schedule: ShiftSchedule) -> Iterator[Row]:
     speeds: Floats = np.linspace(lowest, float(model["engine"]["speed_limit"][0]), 500)
     power = float(np.max(speeds * highest_torque.run(model["engine"], speeds)))
     yield Row("engine", "highest power", ENGINE_POWER, power, "W", 0.03)
+    stronger = model.copy()
+    stronger["engine"]["full_load"]["y"] *= STRONGER
+    moved = np.abs(economy_schedule(stronger).up - schedule.up)
+    case = "shift schedule, full load 10 % higher, same fuel"
+    yield Row(case, "median change", None, float(np.median(moved)), "m/s")
+    part = moved[:, schedule.throttle <= PART_LOAD]
+    yield Row(case, "largest change up to 80 % throttle", None, float(part.max()), "m/s")
 
 
 @dataclass(frozen=True)
@@ -151,5 +164,6 @@ def euler_rows(found: Discretised, bound: float) -> Iterator[Row]:
         yield Row(case, "total_fuel", None, plan.fuel, "kg")
         yield Row(case, "fuel over that at the best efficiency", None, plan.fuel / bound, "1")
         yield Row(case, "kinetic energy from nothing", None, plan.gain, "J")
+        yield Row(case, "speed after the first step", None, float(plan.speed[1]), "m/s")
     for step, plan in found.exact.items():
         yield Row(f"uniform speeds, exact steps of {step:g} m", "total_fuel", None, plan.fuel, "kg")

@@ -43,7 +43,7 @@ from bitepoint.studies.eco_launch.plans import (
     plans,
     schedule_rows,
 )
-from bitepoint.studies.reproduction import Reproduction, Row
+from bitepoint.studies.reproduction import Reproduction
 from bitepoint.vehicles import load_vehicle
 
 NAME = "eco-launch"
@@ -57,7 +57,7 @@ DRAWN = "typical"
 
 
 def reproduce(progress: Callable[[str], object]) -> Reproduction:
-    """Return the paper's figures beside ours, the saving as it reckons and as is fair, and what it cannot have right."""
+    """Return the paper's figures beside ours: the saving as it reckons and as is fair; what it cannot have right."""
     progress("fuel model")
     model = vehicle_model()
     fit = fitted()
@@ -101,7 +101,8 @@ def _figures(
     pictures["Economical shift schedule"] = shift_schedule_figure(schedule, "")
     pictures["Launches, as driven on the plant"] = launch_figure({k: v.recording for k, v in drawn.items()})
     free = {time: timed.fuel for time, timed in found.free.items()}
-    points = {name: ((one.driver.time, one.driver.fuel), (one.equal.time, one.equal.fuel)) for name, one in driven.items()}
+    pairs = {name: (one.driver, one.equal) for name, one in driven.items()}
+    points = {name: ((one.time, one.fuel), (two.time, two.fuel)) for name, (one, two) in pairs.items()}
     pictures["Fuel against time"] = front_figure(found.front, FRONT, free, points, found.bound)
     savings = {
         name: (one.value("fuel_saving_raw"), one.raw_saving, one.value("fuel_saving_equal_time"))
