@@ -149,7 +149,7 @@ def cruise_figure(saved: Mapping[float, tuple[float, float]]) -> Any:
     for n, (name, colour) in enumerate(
         (("saving in equal time", BLUE), ("what less braking and overrun explains", ORANGE))
     ):
-        y = [100.0 * each[n] for each in saved.values()]
+        y = [round(100.0 * each[n], 3) + 0.0 for each in saved.values()]
         text = [f"{value:.1f}" for value in y]
         x = [f"{100.0 * grade:g} %" for grade in saved]
         figure.add_trace(go.Bar(x=x, y=y, name=name, marker_color=colour, text=text, textposition="outside"))
