@@ -96,8 +96,10 @@ class PlannedDrive:
 
 
 def follow(parts: Sequence[Part], plan: SpeedPlan) -> list[Part]:
-    """Return the parts with a driver who follows a plan."""
-    table = plan_parameters(plan.distance, plan.speed, plan.gear.astype(float), plan.engine_torque)
+    """Return the parts with a driver who follows a plan; a shift that takes no time is no point of its own."""
+    kept = np.append(np.diff(plan.distance) > 0.0, True)
+    columns = (plan.distance, plan.speed, plan.gear.astype(float), plan.engine_torque)
+    table = plan_parameters(*(each[kept] for each in columns))
     return _driven_to(parts, table, pedal_driver.PLAN)
 
 

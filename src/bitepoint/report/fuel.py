@@ -21,7 +21,7 @@ def fuel_page(found: FuelIdentified) -> str:
     parts = [
         ("Specific power: rows of training, three standard deviations of each bin, and what is left out", _bins(found)),
         ("Before and after the filter", _filtered(found)),
-        ("Measured and modelled" + (", validation" if found.checked is not None else ", training"), _fit(found)),
+        ("Measured and modelled" + (", validation" if found.checked is not None else ", training"), fit_figure(found)),
         ("Each row: measured against modelled", _scatter(found)),
         ("Fuel of the model over speed and acceleration", _surface(found)),
     ]
@@ -97,7 +97,8 @@ def _filtered(found: FuelIdentified) -> Any:
     return _laid_out(figure, 360)
 
 
-def _fit(found: FuelIdentified) -> Any:
+def fit_figure(found: FuelIdentified) -> Any:
+    """Return the picture of speed, fuel and its total over time, measured and modelled: of validation, if any."""
     import plotly.graph_objects as go
     from plotly import subplots
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from bitepoint.cache import write_atomically
 from bitepoint.errors import InputError
-from bitepoint.studies import dct_launch, p2_damping
+from bitepoint.studies import dct_launch, eco_launch, p2_damping
 from bitepoint.studies.reproduction import Reproduction
 
 Progress = Callable[[str], object]
@@ -24,7 +24,9 @@ class Paper:
     reproduce: Callable[[Progress], Reproduction]
 
 
-PAPERS: Mapping[str, Paper] = {study.NAME: Paper(study.SOURCE, study.reproduce) for study in (dct_launch, p2_damping)}
+PAPERS: Mapping[str, Paper] = {
+    study.NAME: Paper(study.SOURCE, study.reproduce) for study in (dct_launch, p2_damping, eco_launch)
+}
 """All of them, by name."""
 
 

@@ -18,7 +18,9 @@ class Row:
         published: what the paper says, or None where it says nothing.
         ours: what came out here, or None where the figure does not exist.
         tolerance: share of the published figure that ours may differ by, or None where none is claimed.
-        bound: "about": within the tolerance of the published figure; "most": at most the published figure.
+        bound: "about": within the tolerance of the published figure; "most": at most the published figure; "least": at
+            least that; "magnitude": the magnitude is at most that.
+        reason: why there is no figure of ours, where that is known; nothing is claimed then.
     """
 
     case: str
@@ -28,26 +30,31 @@ class Row:
     unit: str
     tolerance: float | None = None
     bound: str = "about"
+    reason: str = ""
 
     @property
     def within(self) -> bool | None:
-        """Whether ours is within the tolerance; None where none is claimed."""
+        """Whether ours is within the tolerance; None where none is claimed, or where ours could not be had."""
         if self.published is None or self.tolerance is None:
             return None
         if self.ours is None:
-            return False
-        if self.bound == "most":
-            return self.ours <= self.published * (1.0 + self.tolerance)
+            return None if self.reason else False
+        if self.bound == "least":
+            return self.ours >= self.published * (1.0 - self.tolerance)
+        if self.bound in ("most", "magnitude"):
+            ours = abs(self.ours) if self.bound == "magnitude" else self.ours
+            return ours <= self.published * (1.0 + self.tolerance)
         return abs(self.ours - self.published) <= self.tolerance * abs(self.published)
 
     @property
     def cells(self) -> tuple[str, ...]:
         """Case, quantity, published, ours, unit, tolerance, verdict, as a person reads them."""
         tolerance = "" if self.tolerance is None else f"{self.tolerance:.0%}"
-        if self.bound == "most":
-            tolerance = "at most"
+        tolerance = _BOUNDS.get(self.bound, tolerance)
         verdict = {True: "yes", False: "no", None: ""}[self.within]
         published, ours = _digits(self.published), _digits(self.ours)
+        if self.ours is None and self.reason:
+            ours += f" ({self.reason})"
         return self.case, self.quantity, published, ours, display(self.unit), tolerance, verdict
 
     def to_json(self) -> dict[str, Any]:
@@ -60,6 +67,7 @@ class Row:
             "unit": self.unit,
             "tolerance": self.tolerance,
             "within": self.within,
+            **({"reason": self.reason} if self.ours is None and self.reason else {}),
         }
 
 
@@ -93,6 +101,9 @@ class Reproduction:
             cells = zip(row, widths, strict=True)
             aligned = [f"{cell:<{width}}" if n in left else f"{cell:>{width}}" for n, (cell, width) in enumerate(cells)]
             yield "  ".join(aligned).rstrip()
+
+
+_BOUNDS = {"most": "at most", "least": "at least", "magnitude": "at most, ±"}
 
 
 def _digits(value: float | None) -> str:
