@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -93,6 +95,26 @@ def test_blocks_grow_with_the_rounds(tmp_path: Path) -> None:
     assert counts.shape == (49,)
     assert (np.diff(counts) >= 0).all()
     assert counts[-1] > 10 * counts[0]
+
+
+@needs_gcov
+def test_a_sequence_that_takes_too_long_ends_with_the_step_that_does(tmp_path: Path) -> None:
+    counter = BlockCounter(sources(), tmp_path)
+    whole = counter.count(ramp())
+    most = int(whole[:20].sum())
+    assert (counter.count(ramp(), most) == whole[:20]).all()
+    assert (counter.count(ramp(), most + 1) == whole[:21]).all()
+
+
+@needs_gcov
+def test_a_random_sequence_is_kept_as_far_as_three_of_the_longest_recorded_ones(tmp_path: Path) -> None:
+    slow = replace(ramp(), parameters=loop(1000).parameters)
+    quick = ramp(0.002)  # never enters the loop
+    chosen = coverage.choose(sources(), [quick], itertools.repeat(slow), tmp_path)
+    assert chosen[0] is quick
+    assert 0 < len(chosen[1].inputs) < len(slow.inputs)
+    assert (chosen[1].inputs == slow.inputs[: len(chosen[1].inputs)]).all()
+    assert len(chosen) == 2
 
 
 @needs_gcov

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import bitepoint
+from bitepoint.studies import dct_launch
+from bitepoint.studies.variations import vary
 
 pytestmark = pytest.mark.slow
 
@@ -18,6 +20,14 @@ def test_a_whole_launch_is_the_same_in_both_lives() -> None:
     assert compiled.status == interpreted.status == "launched"
     assert np.array_equal(compiled.recording.data, interpreted.recording.data)
     assert compiled.metrics == interpreted.metrics
+
+
+@pytest.mark.parametrize("intent", ["slow", "normal", "urgent"])
+def test_off_nominal_launch_mpc_keeps_the_limits_of_a_thousand_vehicles_more_often(intent: str) -> None:
+    shares = {
+        name: vary({**settings, "intent": intent}, dct_launch.VEHICLES).share for name, settings in dct_launch.BESIDE
+    }
+    assert shares["launch_mpc"] > shares["launch_pid tuned"] + 0.1
 
 
 def test_twenty_thousand_launches_in_bounded_memory() -> None:

@@ -8,15 +8,21 @@ from typing import Any
 
 import pytest
 
+from bitepoint.studies import dct_launch
 from bitepoint.studies.papers import PAPERS, reproduce, save
 from bitepoint.studies.reproduction import Reproduction, Row
 from bitepoint.studies.variations import RANGES, vary
 from tests.conftest import Command
 
+VEHICLES = 200
+"""Random vehicles here; `make slow` tries as many as the study."""
+
 
 @pytest.fixture(scope="module")
 def found() -> Reproduction:
-    return reproduce("dct-launch")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(dct_launch, "VEHICLES", VEHICLES)
+        return reproduce("dct-launch")
 
 
 def rows(found: Reproduction, case: str) -> dict[str, Row]:
@@ -50,7 +56,7 @@ def test_off_nominal_launch_mpc_keeps_the_limits_more_often_than_the_tuned_basel
     found: Reproduction, intent: str
 ) -> None:
     shares = {
-        name: rows(found, f"{name}, 1000 random vehicles, {intent}")["share_within_limits"].ours
+        name: rows(found, f"{name}, {VEHICLES} random vehicles, {intent}")["share_within_limits"].ours
         for name in ("launch_mpc", "launch_pid tuned")
     }
     assert shares["launch_mpc"] is not None

@@ -62,6 +62,9 @@ BESIDE: tuple[tuple[str, Mapping[str, str]], ...] = (
 )
 """Controllers that the paper has not."""
 
+VEHICLES = 1000
+"""Random vehicles that each controller is tried on, a multiple of 4."""
+
 LIMITED: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("ddpc without engine limit", {"controller": "ddpc", "controller.limit_horizon": "0"}),
     ("ddpc, engine limit over 0.3 s", {"controller": "ddpc", "controller.limit_horizon": "30"}),
@@ -105,15 +108,22 @@ def _identified() -> Identification:
     """Return the model of the paper's orders from generated logs, validated on its second vehicle and grade."""
     with TemporaryDirectory() as folder:
         train, check = Path(folder) / "train", Path(folder) / "check"
-        run("dct-excitation").save(train)
-        run("dct-excitation", VALIDATION, seed=1).save(check)
+        _log(run("dct-excitation"), train)
+        _log(run("dct-excitation", VALIDATION, seed=1), check)
         return identify(train, validate=check, orders=ORDERS)
+
+
+def _log(result: Result, folder: Path) -> None:
+    """Write the logs of a result into a folder, made if needed, and no page about them."""
+    folder.mkdir(exist_ok=True)
+    for name, log in result.logs.items():
+        log.to_parquet(folder / f"{name}.parquet")
 
 
 def _errors(found: Identification) -> Mapping[str, Mapping[str, ChannelErrors]]:
     """Return the errors in the paper's training run of a model of its one vehicle, and those in validation."""
     with TemporaryDirectory() as folder:
-        run("dct-excitation", {"vehicle.mass": TRAINING["vehicle.mass"]}).save(folder)
+        _log(run("dct-excitation", {"vehicle.mass": TRAINING["vehicle.mass"]}), Path(folder))
         alone = identify(folder, orders=ORDERS).model
     logs = run("dct-excitation", TRAINING).logs
     return {
@@ -181,8 +191,8 @@ def _robustness() -> Iterator[Row]:
 def _random_vehicles() -> Iterator[Row]:
     for intent in INTENTS:
         for name, settings in (("ddpc", {"controller": "ddpc"}), *BESIDE):
-            share = vary({**settings, "intent": intent}).share
-            yield Row(f"{name}, 1000 random vehicles, {intent}", "share_within_limits", None, share, "1")
+            share = vary({**settings, "intent": intent}, VEHICLES).share
+            yield Row(f"{name}, {VEHICLES} random vehicles, {intent}", "share_within_limits", None, share, "1")
 
 
 def _compared(case: str, result: Result, published: tuple[float, float, float]) -> Iterator[Row]:
