@@ -79,8 +79,8 @@ def cruises() -> Cruises:
 
 def overrun_work(plan: SpeedPlan) -> float:
     """Return the work that turns the engine over where it drives nothing, J."""
-    torque = np.minimum(plan.engine_torque[:-1], 0.0)
-    return float(-np.sum(torque * plan.engine_speed[:-1] * np.diff(plan.time)))
+    drag = np.maximum(-plan.engine_torque[:-1], 0.0)
+    return float(np.sum(drag * plan.engine_speed[:-1] * np.diff(plan.time)))
 
 
 def _compared(model: RecordArray, grade: float) -> CruiseComparison:
