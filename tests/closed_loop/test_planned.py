@@ -81,6 +81,7 @@ def test_a_price_of_time_and_a_least_acceleration_are_kept() -> None:
     assert plan is not None
     driven = ~plan.plan.shifting[:-1] & (plan.plan.engine_torque[:-1] > 0.0)
     assert plan.plan.acceleration[:-1][driven].min() >= 0.6 - 1e-9
+    assert (np.diff(plan.plan.gear) >= 0).all()
 
 
 def test_gears_alone_save_nothing_where_the_gear_is_the_best_one() -> None:

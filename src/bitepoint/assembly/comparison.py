@@ -39,7 +39,7 @@ TURNS = 3
 TIME_MISSED = 2e-3
 """Share of that time that may be missed; the rest is valued at the price of time."""
 
-MOST_TIME_MISSED = 1e-2
+MOST_TIME_MISSED = 4e-3
 """The same, beyond which no drive is said to take that time."""
 
 LONGEST_STAGE = 10.0

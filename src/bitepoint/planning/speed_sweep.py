@@ -188,8 +188,17 @@ def best_node(p: Sweep, row: int, edge: FloatArray, reach: IntArray, value: Floa
 
 
 @kernel(trusted=True)
-def choose(p: Sweep, k: int, i: int, edge: FloatArray, reach: IntArray, value: FloatArray, policy: IntArray) -> None:
-    """Find the best from node i of station k in every gear.
+def choose(
+    p: Sweep,
+    k: int,
+    i: int,
+    road: FloatArray,
+    edge: FloatArray,
+    reach: IntArray,
+    value: FloatArray,
+    policy: IntArray,
+) -> None:
+    """Find the best from node i of station k in every gear; where the vehicle has to gain speed, it only shifts up.
 
     A step with a shift to g over n stages counts ((2 G + 1) n + g + 1) W more.
     """
@@ -205,7 +214,7 @@ def choose(p: Sweep, k: int, i: int, edge: FloatArray, reach: IntArray, value: F
         for old in range(p.gears if p.cost < NEVER else 0):
             at = (k * p.gears + old) * p.width + i
             cost = p.cost + edge[2 * rows * p.width + (old * p.gears + g) * p.width + i]
-            if old != g and cost < value[at]:
+            if cost < value[at] and (g > old or (g < old and road[3 * k + 2] <= 0.0)):
                 value[at] = cost
                 policy[at] = p.node + ((2 * p.gears + 1) * (m - k) + g + 1) * p.width
 
@@ -243,6 +252,6 @@ def sweep(
         if flags[2 * k + 1] == 0:
             fill_stage(p, t, s, k, road, grids, flags, edge, reach)
         for i in range(int(grids[4 * k + 3])):
-            choose(p, k, i, edge, reach, value, policy)
+            choose(p, k, i, road, edge, reach, value, policy)
         if flags[2 * k] > 0:
             change_at_rest(p, k, value, policy)
