@@ -180,7 +180,7 @@ class Record:
     @classmethod
     def to_mapping(cls, record: Any) -> dict[str, Any]:
         """Return one record (an element of an array) as a mapping in SI that `parse` takes again."""
-        return {name: _plain(field, record[name]) for name, field in cls.fields.items()}
+        return {name: plain(field, record[name]) for name, field in cls.fields.items()}
 
     @classmethod
     def table(cls, prefix: str = "") -> Iterator[tuple[str, Field]]:
@@ -234,14 +234,15 @@ def _store(view: RecordArray, field: Field, value: object, where: str, key: str)
         view[...] = field_values.scalar(field, value, where, key)
 
 
-def _plain(field: Field, value: Any) -> Any:
+def plain(field: Field, value: Any) -> Any:
+    """Return a value of a field, one of an element of an array, as `parse` takes it: numbers, lists and mappings."""
     if field.axes and field.record is not None:
         sizes, columns = _members(field.record)
         points = [slice(int(value[name])) for name in sizes]
         used = [(part,) for part in points] + [tuple(points)]
         return {axis.name: value[c][part].tolist() for axis, c, part in zip(field.axes, columns, used, strict=True)}
     if field.kind == "record" and field.record is not None:
-        return field.record.to_mapping(value)
+        return [field.record.to_mapping(each) for each in value] if field.shape else field.record.to_mapping(value)
     if field.shape:
         return value.tolist()
     return int(value) if field.kind == "int" else float(value)

@@ -26,14 +26,15 @@ FROZEN = ("eco", "mid", "typical", "late")
 
 @cache
 def launched(driver: str) -> Any:
-    """The launch of a frozen driver; it and its figures are not changed."""
-    return bitepoint.run("eco-launch", {"pedal_driver.calibration": driver})
+    """The launch of a frozen driver, the baseline of a planned one; it and its figures are not changed."""
+    assembly = assemble("eco-launch", {"baseline": driver})
+    return Simulation(replace(assembly.system, controllers=assembly.baseline)).run(assembly.figures)[0]
 
 
 @pytest.mark.parametrize("driver", FROZEN)
 def test_frozen_drivers_arrive_as_page_5_has_it(driver: str) -> None:
     """13.5 to 15.3 g and 12.5 to 15 s there, without shifts that take time; late is chosen here."""
-    figures = {name: metric.value for name, metric in launched(driver).metrics.items()}
+    figures = {name: metric.value for name, metric in launched(driver).figures.items()}
     assert launched(driver).status == "arrived"
     assert 0.0135 < figures["fuel_used"] < 0.0165
     assert 12.5 < figures["drive_time"] < 15.0
@@ -42,7 +43,7 @@ def test_frozen_drivers_arrive_as_page_5_has_it(driver: str) -> None:
 
 
 def test_the_later_the_shift_the_more_fuel() -> None:
-    fuel = [launched(driver).metrics["fuel_used"].value for driver in FROZEN]
+    fuel = [launched(driver).figures["fuel_used"].value for driver in FROZEN]
     assert fuel == sorted(fuel)
     assert fuel[2] > 1.1 * fuel[0]
 
@@ -60,7 +61,7 @@ def test_shifts(driver: str) -> None:
     recording: Recording = launched(driver).recording
     shaft, engine = recording["halfshaft_torque"], recording["engine_speed"]
     shifts = phases(recording, RELEASING)
-    assert len(shifts) == launched(driver).metrics["gear_changes"].value
+    assert len(shifts) == launched(driver).figures["gear_changes"].value
     for shift, neutral, closing in zip(shifts, phases(recording, SHIFTING), phases(recording, CLOSING), strict=True):
         before = shaft[shift.start]
         back = neutral.stop + int(np.argmax(shaft[neutral.stop :] > 0.4 * before))
@@ -103,7 +104,7 @@ def test_the_driver_does_not_wind_up() -> None:
     """A target that cannot be reached for long, then one below the speed: the throttle goes at once."""
     controller = pedal_driver.CONTROLLER
     assembly = assemble("eco-launch", {"pedal_driver.calibration": "eco"})
-    part = next(part for part in assembly.system.controllers if part.name == "pedal_driver")
+    part = next(part for part in assembly.baseline if part.name == "pedal_driver")
     s, m, c = (record.zeros() for record in (controller.state, controller.measurement, controller.command))
     m["gear"], m["engine_speed"], m["vehicle_speed"], m["speed_target"] = 3.0, 200.0, 10.0, 40.0
     controller.init.run(part.parameters, s, m, c)

@@ -10,7 +10,16 @@ import numpy as np
 import numpy.typing as npt
 
 from bitepoint.assembly.catalogue import CONTROLLERS, PLANTS, SUPERVISORS, controllers_for
-from bitepoint.assembly.planned import BASELINE, DRIVER, ROAD, PlannedDrive, follow, planned_drive, within_limits
+from bitepoint.assembly.planned import (
+    BASELINE,
+    DRIVER,
+    ROAD,
+    PlannedDrive,
+    follow,
+    planned_drive,
+    scheduled,
+    within_limits,
+)
 from bitepoint.assembly.profiles import LOGS, given_profiles
 from bitepoint.assembly.report_wishes import ReportWishes, report_wishes
 from bitepoint.assembly.settings import SET, Settings, number
@@ -208,7 +217,8 @@ def _supervisors(scenario: Scenario, plant: Plant) -> list[Controller]:
 def _supervisor_part(supervisor: Controller, vehicle: RecordArray, scenario: Scenario, settings: Settings) -> Part:
     """Return the part with what the scenario sets of it, then what the user sets."""
     calibration = _calibration(supervisor, settings.group(supervisor.name), {}, 1, scenario)
-    return _controller_part(supervisor, supervisor.design(vehicle, calibration))
+    parameters = supervisor.design(vehicle, calibration)
+    return _controller_part(supervisor, scheduled(parameters, vehicle) if supervisor.name == DRIVER else parameters)
 
 
 def _lanes(over: Lanes) -> tuple[int, dict[str, dict[str, Sequence[Any] | npt.NDArray[Any]]]]:

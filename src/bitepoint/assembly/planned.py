@@ -23,6 +23,7 @@ from bitepoint.parts.road_profile import grade_profile
 from bitepoint.planning.drive_tasks import LONGEST_LAUNCH, CruiseTask, LaunchTask
 from bitepoint.planning.eco_launch import LAUNCH_GRID, Launch, launch_planner
 from bitepoint.planning.predictive_cruise import Cruise, RecedingCruise, cruise_planner, set_speed_cruise
+from bitepoint.planning.shift_schedule import economy_schedule
 from bitepoint.planning.speed_planner import Limits, SpeedPlanner, TimedPlan
 from bitepoint.records import Record, RecordArray
 from bitepoint.scenarios import Scenario
@@ -121,6 +122,13 @@ def _driven_to(parts: Sequence[Part], table: RecordArray, mode: int) -> list[Par
         replace(part, parameters=pedal_driver.with_plan(part.parameters, table, mode)) if part.name == DRIVER else part
         for part in parts
     ]
+
+
+def scheduled(parameters: RecordArray, vehicle: RecordArray) -> RecordArray:
+    """Return the parameters of a driver, with the economy schedule of the vehicle where one is to be followed."""
+    if not parameters["calibration"]["schedule"].any():
+        return parameters
+    return pedal_driver.with_shift_map(parameters, economy_schedule(LongitudinalModel.of(vehicle)).shift_map())
 
 
 def planned_drive(scenario: Scenario, settings: Settings, vehicle: RecordArray) -> PlannedDrive | None:

@@ -3,8 +3,9 @@
     u = gain (v* - v) + integral        throttle = u within 0..limit,  brake = -(u + rest) beyond a rest position
     torque = drag + throttle (full load - drag)       at the present speed of the engine
 
-target: v* is the speed to follow, and gears follow a map: up where the engine turns faster than a line over the
-throttle, and the next gear not slower than the launch speed; down where the gear below would not be left at once.
+target: v* is the speed to follow, and gears follow a line: up where the engine turns faster than a line over the
+throttle, and the next gear not slower than the launch speed; down where the gear below would not be left at once. With
+a schedule they follow a shift map over throttle and speed.
 
 speeds: the same with v* from a plan over distance.
 
@@ -27,6 +28,7 @@ from bitepoint.controllers.controller import Controller
 from bitepoint.controllers.plan_table import PlanTable, planned_gear, planned_speed, planned_torque
 from bitepoint.files import library_yaml
 from bitepoint.kernels import clamp, is_finite, kernel, to_index
+from bitepoint.models.shift_map import ShiftMap, mapped_gear
 from bitepoint.parts.amt import GEARS, AutomatedGearbox, gear_ratio
 from bitepoint.parts.torque_engine import TorqueEngine, fuel_cut_torque, highest_torque
 from bitepoint.records import Record, RecordArray, count, nested, quantity
@@ -57,6 +59,7 @@ class PedalDriverCalibration(Record):
     shift_down_share: float = quantity(
         "1", 0.1, 1, "speed of the engine in the gear below, over that to shift up, to shift down", default=0.8
     )
+    schedule: int = count(0, 1, "1: gears follow the shift map; 0: the line of the engine speed", default=0)
     shift_pause: float = quantity("s", 0, 10, "shortest time in a gear", default=0.5)
     gear_preview: float = quantity("s", 0, 5, "how far ahead the gear of the plan is taken", default=0.2)
     feed_forward: int = count(0, 1, "1: the torque of the plan is fed forward", default=1)
@@ -69,6 +72,7 @@ class PedalDriverParameters(Record):
     engine: TorqueEngine = nested(TorqueEngine, "the engine, whose full load and drag the throttle parts")
     gearbox: AutomatedGearbox = nested(AutomatedGearbox, "the gears there are")
     plan: PlanTable = nested(PlanTable, "the plan")
+    shift_map: ShiftMap = nested(ShiftMap, "the shift map")
     launch_speed: float = quantity("rad/s", 20, 500, "lowest speed of the engine in gear", default=100.0)
     brake_limit: float = quantity("N*m", 0, 1e5, "highest torque of the brake")
     gears: int = count(1, GEARS, "number of gears", default=1)
@@ -110,7 +114,7 @@ def shift_up_speed(k: PedalDriverCalibration, throttle: float) -> float:
 
 
 @kernel
-def mapped_gear(p: PedalDriverParameters, gear: int, engine_speed: float, throttle: float) -> int:
+def lined_gear(p: PedalDriverParameters, gear: int, engine_speed: float, throttle: float) -> int:
     """Return the gear, 1.., that suits the engine speed (rad/s) in the gear there is: that one or its neighbour."""
     now = max(min(gear, p.gears), 1)
     up = min(now + 1, p.gears)
@@ -129,7 +133,7 @@ def mapped_gear(p: PedalDriverParameters, gear: int, engine_speed: float, thrott
 
 @kernel
 def choose_gear(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, dt: float) -> None:
-    """Choose the gear by the plan or by the map; the map waits for the last choice and for the pause."""
+    """Choose the gear by the plan, or by line or map; these wait for the last choice and for the pause."""
     s.elapsed = min(s.elapsed + dt, 1e6)
     gear = to_index(m.gear + 0.5, 0, GEARS)
     if p.calibration.mode == PLAN:
@@ -140,7 +144,9 @@ def choose_gear(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMea
         s.elapsed = 0.0
     elif gear > 0 and s.elapsed >= p.calibration.shift_pause:
         speed = clamp(m.engine_speed, 0.0, 2000.0)
-        s.gear = mapped_gear(p, gear, speed, s.throttle)
+        s.gear = lined_gear(p, gear, speed, s.throttle)
+        if p.calibration.schedule == 1:
+            s.gear = min(mapped_gear(p.shift_map, gear, s.throttle, clamp(m.vehicle_speed, 0.0, 150.0)), p.gears)
 
 
 @kernel
@@ -232,7 +238,7 @@ def step(
 def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
     """Return the parameters for a vehicle (blocks engine, gearbox, clutch, brake), one record per calibration.
 
-    The plan is empty: `with_plan` gives one.
+    The plan and the shift map are empty: `with_plan` and `with_shift_map` give them.
     """
     parameters = PedalDriverParameters.zeros(len(calibration))
     parameters["calibration"] = calibration
@@ -241,6 +247,7 @@ def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
     parameters["plan"]["spacing"] = PlanTable.fields["spacing"].default
     parameters["launch_speed"] = vehicle["clutch"]["launch_speed"]
     parameters["brake_limit"] = vehicle["brake"]["torque_limit"]
+    parameters["shift_map"]["gears"] = 1
     parameters["gears"] = int(np.argmin(np.append(vehicle["gearbox"]["ratios"][0], 0.0) > 0.0))
     return parameters
 
@@ -250,6 +257,13 @@ def with_plan(parameters: RecordArray, plan: RecordArray, mode: int = PLAN) -> R
     changed = parameters.copy()
     changed["plan"] = plan
     changed["calibration"]["mode"] = mode
+    return changed
+
+
+def with_shift_map(parameters: RecordArray, shift_map: RecordArray) -> RecordArray:
+    """Return the parameters of a driver who has a shift map, and follows it where the calibration says so."""
+    changed = parameters.copy()
+    changed["shift_map"] = shift_map
     return changed
 
 

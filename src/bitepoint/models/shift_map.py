@@ -30,8 +30,10 @@ def mapped_gear(m: ShiftMap, gear: int, throttle: float, speed: float) -> int:
     wanted = now
     above = min(now - 1, 6)
     below = max(now - 2, 0)
+    # never: shifts up, in the vectors of a driver without a shift map
     if now < m.gears and speed > lookup(m.line[above].up, throttle):
         wanted = now + 1
+    # never: shifts down, likewise
     elif now > 1 and speed < lookup(m.line[below].down, throttle):
         wanted = now - 1
     return wanted

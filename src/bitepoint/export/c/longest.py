@@ -12,7 +12,7 @@ iterations is the bound.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ from bitepoint.export.c.driving import Sequence as Inputs
 from bitepoint.export.c.probe import BlockCounter
 from bitepoint.export.c.sources import Sources
 from bitepoint.fields import Field
-from bitepoint.records import RecordArray, tabulated
+from bitepoint.records import RecordArray, plain, tabulated
 from bitepoint.simulation.system import Part
 
 DRAWN = 500
@@ -52,14 +52,15 @@ def full(part: Part) -> RecordArray:
     for path, field in part.parameters_type.table():
         if field.axes:
             view = part.parameters_type.locate(parameters, path, part.name)[1]
-            view[...] = _filled(field, part.parameters_type.to_mapping(part.parameters[0]), path)
+            for place in np.ndindex(view.shape):
+                told = plain(field, view[place])
+                if all(len(told[axis.name]) > 1 for axis in field.axes):  # else there is none
+                    view[place] = _filled(field, told)
     return parameters
 
 
-def _filled(field: Field, told: Any, path: str) -> RecordArray:
-    """Return the curve or map at a path of a mapping with all the points that it can have."""
-    for name in path.split("."):
-        told = told[name]
+def _filled(field: Field, told: Mapping[str, Any]) -> np.void:
+    """Return a curve or a map with all the points that it can have."""
     columns: list[Floats] = [np.array(told[axis.name], np.float64) for axis in field.axes]
     for place, points in enumerate(columns[:-1]):
         columns[place] = _finer(points, field.most_points)
