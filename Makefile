@@ -4,8 +4,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-# two at once: the tests take most of make check; what shares a fixture goes to the same process, see tests/conftest.py
-PYTEST_ARGS ?= -n 2 --dist loadgroup
+# two at once: the tests take most of make check; a file of tests stays in one process, so that no fixture is made twice
+PYTEST_ARGS ?= -n 2 --dist loadscope
 
 PIL_PROGRAMS := arm-none-eabi-gcc qemu-system-arm cppcheck
 

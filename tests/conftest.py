@@ -25,13 +25,6 @@ settings.load_profile("bitepoint")
 REPOSITORY = Path(__file__).parents[1]
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keep the tests of a module in one process, so that no fixture is made twice; some say what belongs together."""
-    for item in items:
-        if item.get_closest_marker("xdist_group") is None:
-            item.add_marker(pytest.mark.xdist_group(item.nodeid.partition("::")[0]))
-
-
 def needs(*programs: str, packages: str) -> pytest.MarkDecorator:
     """Skip a test, saying what to install, where a program is not on the path."""
     missing = [program for program in programs if shutil.which(program) is None]

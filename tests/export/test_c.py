@@ -55,10 +55,9 @@ EXPORTED = [name for name, block in {**CONTROLLERS, **SUPERVISORS, **ADVISERS}.i
 
 
 def cases(names: Iterable[str]) -> pytest.MarkDecorator:
-    """Run a test for each of these parts in each precision; all tests of one case in one process, as they share it."""
+    """Run a test for each of these parts in each precision."""
     each = [(name, precision) for name in names for precision in ("float64", "float32")]
-    params = [pytest.param(*case, id="-".join(case), marks=pytest.mark.xdist_group("-".join(case))) for case in each]
-    return pytest.mark.parametrize(("name", "precision"), params)
+    return pytest.mark.parametrize(("name", "precision"), each, ids=["-".join(case) for case in each])
 
 
 each_case = cases(EXPORTED)

@@ -42,7 +42,7 @@ def add_up(s: Square) -> float:
 
 
 def test_the_same_numbers_from_innermost_loops_written_out() -> None:
-    other = unrolled(add_up, "add_up_written_out", {"SIZE": SIZE}, "SIZE", SIZE)
+    other = unrolled(add_up, "add_up_written_out", {"SIZE": SIZE}, {"SIZE": SIZE})
     text = other.source.text
     assert text.count("for ") == 2  # the outer one, and the one with a break
     assert all(f"s.entries[i, {j}]" in text for j in range(SIZE))

@@ -119,9 +119,7 @@ def _state_programme(p: DampingMpcParameters, g: DampingGear, s: DampingMpcState
             before = needed
 
 
-state_programme = unrolled(
-    unrolled(_state_programme, "state_programme", {}, "PAST", PAST), "state_programme", {}, "ASKED", ASKED
-)
+state_programme = unrolled(_state_programme, "state_programme", {}, {"PAST": PAST, "ASKED": ASKED})
 
 
 @kernel

@@ -65,7 +65,7 @@ def _predict(
     s.x[6] = p.effect[6, 1] * motor_request + p.transition[6, 6] * s.x[6]
 
 
-driveline_predict = unrolled(_predict, "driveline_predict", {}, "STATES", STATES)
+driveline_predict = unrolled(_predict, "driveline_predict", {}, {"STATES": STATES})
 
 
 @kernel

@@ -220,7 +220,7 @@ def qp_solver(variables: int, rows: int) -> QpSolver:
         name = f"{source.name}_{variables}x{rows}"
         make = source.specialise
         if write_out and source in HOT:
-            make = partial(unrolled, source, bound="m.variables", length=variables)
+            make = partial(unrolled, source, lengths={"m.variables": variables})
         meanings[source.name] = make(name, meanings)
     matrices, data, work, solution = types.values()
     factorise, solve = meanings["qp_factorise"], meanings["qp_solve"]

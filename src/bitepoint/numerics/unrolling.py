@@ -12,9 +12,9 @@ from bitepoint.kernels.source import Source
 
 
 def unrolled(
-    kernel: Kernel[..., Any], name: str, meanings: Mapping[str, Any], bound: str, length: int
+    kernel: Kernel[..., Any], name: str, meanings: Mapping[str, Any], lengths: Mapping[str, int]
 ) -> Kernel[..., Any]:
-    """Return `kernel` with other meanings, its innermost loops over `bound` written out to a fixed length.
+    """Return `kernel` with other meanings, its innermost loops over some bounds written out to a fixed length.
 
     A short loop costs a small processor three times what it does inside, and compilers for these write it out only at
     settings that nobody uses. Loops in whose body there is a loop, or a break, stay.
@@ -23,15 +23,16 @@ def unrolled(
         kernel: the kernel, with loops `for j in range(BOUND)` or `range(1, BOUND)`.
         name: of the new one. Its text is generated: `Kernel.specialise` keeps the lines of the file.
         meanings: what global names stand for, as in `Kernel.specialise`.
-        bound: a constant, or a number that says how much of an array is in use: what lies behind it must not count.
-        length: the constant, or the most that the number can be.
+        lengths: by the bound, a constant, or a number that says how much of an array is in use (what lies behind must
+            not count): the constant, or the most that the number can be.
     """
 
     def written_out() -> str:
         node = copy.deepcopy(kernel.source.node)
         node.name = name
         node.decorator_list = []
-        node = ast.fix_missing_locations(_Unroller(bound, length).visit(node))
+        for bound, length in lengths.items():
+            node = ast.fix_missing_locations(_Unroller(bound, length).visit(node))
         return _commented(ast.unparse(node), node, kernel.source) + "\n"
 
     return Kernel.generate(name, written_out, {**kernel.function.__globals__, **meanings})
