@@ -99,7 +99,12 @@ def identify_fuel(
     """Identify the fuel of a vehicle from logs of a drive.
 
     Args:
-        files, validate, columns, delays, dbc, period: as in `identify`; without a period it is one second.
+        files: logs to train on, files or folders.
+        validate: logs to validate on, likewise.
+        columns: as in `identify`.
+        delays: as in `identify`.
+        dbc: databases for CAN frames.
+        period: raster of the model; None: one second.
         density: of the fuel, where logs hold its volume; None: 0.743 g/mL.
         vehicle: name or file of the vehicle, for a steady map and a correction; None: speed and acceleration only.
 
