@@ -1,8 +1,9 @@
-"""Reading files: YAML without surprises, and the library that ships with the package."""
+"""Reading files: YAML and JSON without surprises, and the library that ships with the package; JSON out."""
 
 from __future__ import annotations
 
 import contextlib
+import json
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import resources
@@ -11,6 +12,7 @@ from typing import Any, cast
 
 import yaml
 
+from bitepoint.cache import write_atomically
 from bitepoint.errors import InputError, brief
 
 _Loader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -81,6 +83,41 @@ def parse_yaml_value(text: str, where: str) -> Any:
     except Exception as error:  # noqa: BLE001 - the library's constructors raise whatever they meet
         text = " ".join(str(error).split())[:120]
         raise InputError(where, f"not YAML: {text}", "mend the syntax") from None
+
+
+def read_json(path: Path, mend: str) -> Any:
+    """Return the value that a JSON file holds; `mend` is what errors say was expected.
+
+    Raises:
+        InputError: no such file, or no JSON.
+    """
+    try:
+        return json.loads(path.read_bytes())
+    except FileNotFoundError:
+        raise InputError(str(path), "no such file", "check the path") from None
+    except (OSError, ValueError):
+        raise InputError(str(path), "cannot be read as JSON", mend) from None
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Write a value as JSON, whole or not at all.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    write_atomically(path, (json.dumps(value, indent=2, allow_nan=False) + "\n").encode())
+
+
+def save_json(path: str | Path, value: Any) -> None:
+    """Write a value as JSON where a user wants it.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    try:
+        write_json(Path(path), value)
+    except OSError as error:
+        raise InputError(str(path), f"cannot be written ({error.strerror})", "choose another place") from None
 
 
 def _check_events(text: str, where: str) -> None:

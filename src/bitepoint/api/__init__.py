@@ -7,7 +7,6 @@ result.metrics["launch_time"].value
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -20,6 +19,7 @@ from bitepoint.api.identification import FuelIdentification, Identification, ide
 from bitepoint.assembly import Assembly, Comparer, Lanes, assemble, at_the_end, bound_ratio, solve_times
 from bitepoint.cache import write_atomically
 from bitepoint.errors import InputError, brief
+from bitepoint.files import write_json
 from bitepoint.identification.logs import LEAST_ROWS, slip_log
 from bitepoint.kernels import Life
 from bitepoint.metrics import Metric, Metrics, excitation_set
@@ -93,7 +93,7 @@ class Result:
                     old.unlink()
             for path, recording in files.items():
                 recording.to_parquet(path)
-            write_atomically(paths[-2], (json.dumps(self.to_json(), indent=2, allow_nan=False) + "\n").encode())
+            write_json(paths[-2], self.to_json())
             write_atomically(paths[-1], page.encode(errors="backslashreplace"))
         except OSError as error:
             raise InputError(str(folder), f"cannot be written ({error.strerror})", "choose another folder") from None

@@ -18,17 +18,10 @@ import numpy as np
 from bitepoint.assembly.planned import PlannedDrive, follow
 from bitepoint.kernels import Life
 from bitepoint.metrics import Metric, Metrics
-from bitepoint.models.longitudinal import (
-    driving_force,
-    engine_speed_for,
-    engine_torque_for,
-    fuel_for,
-    geared_speed,
-)
+from bitepoint.models.longitudinal import driving_force
 from bitepoint.models.plan import SpeedPlan
 from bitepoint.parts.body import Road
-from bitepoint.parts.torque_engine import highest_torque
-from bitepoint.planning.steady import energy_value, gear_count
+from bitepoint.planning.steady import energy_value, fuel_by_gear
 from bitepoint.recording import Floats, Recording
 from bitepoint.simulation.run import Simulation
 from bitepoint.simulation.system import Part, System
@@ -204,16 +197,11 @@ class Comparer:
         road = Road.zeros(len(speed))
         road["grade"], road["air_density"] = grade, self.system.plant.parameters["road"]["air_density"][0]
         force = driving_force.run(model, road, speed, acceleration)
-        flow = np.empty((gear_count(model), len(speed)))
-        for row, gear in zip(flow, range(1, len(flow) + 1), strict=True):
-            turning = geared_speed.run(model, gear, speed)
-            engine = engine_speed_for.run(model, gear, speed)
-            torque = engine_torque_for.run(model, gear, force, speed, acceleration)
-            row[:] = fuel_for.run(model, engine, torque, speed, acceleration)
-            slow = (turning < 0.95 * model["launch_speed"][0]) & (gear > 1)
-            weak = torque > 1.02 * highest_torque.run(model["engine"], engine)
-            row[slow | weak | (turning > model["engine"]["speed_limit"][0])] = np.inf
-        return flow
+        found = fuel_by_gear(model, force, speed, acceleration)
+        slow = found.turning < 0.95 * model["launch_speed"][0]
+        slow[0] = False
+        weak = found.torque > 1.02 * found.full_load
+        return np.where(slow | weak | (found.turning > model["engine"]["speed_limit"][0]), np.inf, found.flow)
 
 
 def at_the_end(metrics: Metrics, recording: Recording, length: float, target: float) -> Metrics:

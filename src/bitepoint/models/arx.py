@@ -10,7 +10,6 @@ A model file is JSON: what the model is, and where it comes from.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,8 +17,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from bitepoint.cache import write_atomically
 from bitepoint.errors import InputError, brief
+from bitepoint.files import read_json, save_json
 from bitepoint.recording import Floats
 
 _COEFFICIENTS = ("past_outputs", "past_inputs", "past_disturbances", "past_errors")
@@ -145,11 +144,7 @@ class ArxModel:
         Raises:
             InputError: the file cannot be written.
         """
-        text = json.dumps(self.to_json(), indent=2, allow_nan=False) + "\n"
-        try:
-            write_atomically(Path(path), text.encode())
-        except OSError as error:
-            raise InputError(str(path), f"cannot be written ({error.strerror})", "choose another place") from None
+        save_json(path, self.to_json())
 
     @staticmethod
     def load(path: str | Path) -> ArxModel:
@@ -159,14 +154,7 @@ class ArxModel:
             InputError: no such file, or no model of this kind in it.
         """
         where = str(path)
-        try:
-            found: object = json.loads(Path(path).read_bytes())
-        except FileNotFoundError:
-            raise InputError(where, "no such file", "check the path") from None
-        except (OSError, ValueError):
-            raise InputError(
-                where, "cannot be read as JSON", "expected a model that `bitepoint identify` wrote"
-            ) from None
+        found: object = read_json(Path(path), "expected a model that `bitepoint identify` wrote")
         if not isinstance(found, dict):
             raise InputError(where, f"holds {brief(found)}", "expected a model that `bitepoint identify` wrote")
         return _parsed(cast("dict[str, Any]", found), where)

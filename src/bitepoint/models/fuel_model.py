@@ -11,7 +11,6 @@ A model file is JSON: what the model is, and where it comes from.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,8 +18,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from bitepoint.cache import write_atomically
 from bitepoint.errors import InputError, brief
+from bitepoint.files import read_json, save_json
 from bitepoint.kernels import kernel
 from bitepoint.models.fuel import TransientCorrection, transient_correction
 from bitepoint.models.longitudinal import (
@@ -159,11 +158,7 @@ class FuelModel:
         Raises:
             InputError: the file cannot be written.
         """
-        text = json.dumps(self.to_json(), indent=2, allow_nan=False) + "\n"
-        try:
-            write_atomically(Path(path), text.encode())
-        except OSError as error:
-            raise InputError(str(path), f"cannot be written ({error.strerror})", "choose another place") from None
+        save_json(path, self.to_json())
 
     @staticmethod
     def load(path: str | Path) -> FuelModel:
@@ -173,12 +168,7 @@ class FuelModel:
             InputError: no such file, or no fuel model in it.
         """
         where = str(path)
-        try:
-            found: object = json.loads(Path(path).read_bytes())
-        except FileNotFoundError:
-            raise InputError(where, "no such file", "check the path") from None
-        except (OSError, ValueError):
-            raise InputError(where, "cannot be read as JSON", _MEND) from None
+        found: object = read_json(Path(path), _MEND)
         data = cast("dict[str, Any]", found) if isinstance(found, dict) else {}
         if data.get("model") != "fuel":
             raise InputError(where, f"model: got {brief(data.get('model'))}", _MEND)

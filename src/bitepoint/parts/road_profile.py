@@ -78,7 +78,7 @@ def grade_profile(distance: Floats | Sequence[float], grade: Floats | Sequence[f
         spacing = s[-1] / (points - 1)
         at = np.arange(points) * spacing
         ends = np.clip([at - 0.5 * spacing, at + 0.5 * spacing], 0.0, s[-1])
-        rise = _rise(s, g, ends)
+        rise = rise_along(s, g, ends)
         g = (rise[1] - rise[0]) / (ends[1] - ends[0])
     profile = GradeProfile.zeros()
     profile["points"], profile["spacing"] = g.size, spacing
@@ -86,7 +86,7 @@ def grade_profile(distance: Floats | Sequence[float], grade: Floats | Sequence[f
     return profile
 
 
-def _rise(s: Floats, g: Floats, at: Floats) -> Floats:
+def rise_along(s: Floats, g: Floats, at: Floats) -> Floats:
     """Return the integral of a grade that is linear between its points, m, from 0 to the distances `at`."""
     whole = np.concatenate([[0.0], np.cumsum(0.5 * (g[1:] + g[:-1]) * np.diff(s))])
     k = np.clip(np.searchsorted(s, at, side="right") - 1, 0, s.size - 2)

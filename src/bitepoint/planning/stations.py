@@ -11,6 +11,7 @@ import numpy as np
 
 from bitepoint.errors import InputError
 from bitepoint.models.plan import Flags, Floats
+from bitepoint.parts.road_profile import rise_along
 
 ROOM_TO_CHANGE = 0.2
 """Acceleration with which the lowest speed of a band is approached from where the vehicle has to be slower, m/s^2."""
@@ -151,7 +152,8 @@ def place_stations(journey: Journey, spacing: float, halvings: int = 0) -> Stati
     distance = np.append(np.concatenate(pieces), marks[-1])
     stops = np.isin(distance, np.asarray(road.stops) - s[0])
     low, high = _bands(journey, distance, stops, _limits(s - s[0], limit, distance))
-    return Stations(distance, low, high, stops, _mean_grade(s - s[0], np.asarray(road.grade), distance))
+    rise = rise_along(s - s[0], np.asarray(road.grade), distance)
+    return Stations(distance, low, high, stops, np.diff(rise) / np.diff(distance))
 
 
 def _stages(a: float, b: float, spacing: float, slow: tuple[bool, bool], halvings: int) -> Floats:
@@ -186,12 +188,3 @@ def _bands(journey: Journey, distance: Floats, stops: Flags, limit: Floats) -> t
     low = np.minimum(np.minimum.accumulate((low + room)[::-1])[::-1] - room, low)
     low[0], low[-1] = high[0], min(journey.end_speed[0] ** 2, high[-1])
     return np.maximum(low, 0.0), high
-
-
-def _mean_grade(s: Floats, grade: Floats, distance: Floats) -> Floats:
-    """Return the mean grade of each stage, from the rise between its ends."""
-    rise = np.concatenate(([0.0], np.cumsum(0.5 * (grade[1:] + grade[:-1]) * np.diff(s))))
-    k = np.clip(np.searchsorted(s, distance, side="right") - 1, 0, len(s) - 2)
-    part = distance - s[k]
-    slope = (grade[k + 1] - grade[k]) / (s[k + 1] - s[k])
-    return np.diff(rise[k] + part * (grade[k] + 0.5 * slope * part)) / np.diff(distance)

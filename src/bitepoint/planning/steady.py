@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -44,6 +45,31 @@ def gear_count(model: RecordArray) -> int:
     return int(np.count_nonzero(model["gearbox"]["ratios"][0] * model["gearbox"]["final_drive"][0] >= LEAST_RATIO))
 
 
+class FuelByGear(NamedTuple):
+    """What a motion takes in each gear, arrays of shape (gears, n): it may be more than the engine can.
+
+    Attributes:
+        flow: kg/s; turning: gearbox input, rad/s; torque, full_load: of the engine, N m.
+    """
+
+    flow: Floats
+    turning: Floats
+    torque: Floats
+    full_load: Floats
+
+
+def fuel_by_gear(model: RecordArray, force: Floats, speed: Floats, acceleration: Floats | float) -> FuelByGear:
+    """Return what `force` (N at the wheels) takes in each gear at a speed (m/s) and an acceleration (m/s^2)."""
+    rows: list[tuple[Floats, ...]] = []
+    for gear in range(1, gear_count(model) + 1):
+        engine = engine_speed_for.run(model, gear, speed)
+        torque = engine_torque_for.run(model, gear, force, speed, acceleration)
+        flow = fuel_for.run(model, engine, torque, speed, acceleration)
+        turning = geared_speed.run(model, gear, speed)
+        rows.append((flow, turning, torque, highest_torque.run(model["engine"], engine)))
+    return FuelByGear(*(np.array(each) for each in zip(*rows, strict=True)))
+
+
 def steady_fuel(
     model: RecordArray, speed: Floats, *, grade: float = 0.0, extra_force: float = 0.0, air_density: float = 1.206
 ) -> Floats:
@@ -56,14 +82,10 @@ def steady_fuel(
     """
     road = Road.parse({"grade": grade, "air_density": air_density}, "steady")
     force = driving_force.run(model, road, speed, 0.0) + extra_force
-    flow = np.empty((gear_count(model), len(speed)))
-    for row, gear in zip(flow, range(1, len(flow) + 1), strict=True):
-        engine, torque = _operating_point(model, gear, force, speed)
-        row[:] = fuel_for.run(model, engine, torque, speed, 0.0)
-        turning = geared_speed.run(model, gear, speed)
-        low, high = model["launch_speed"][0] * (1.0 - 1e-9), model["engine"]["speed_limit"][0]
-        row[(turning < low) | (turning > high) | (torque > highest_torque.run(model["engine"], engine))] = np.inf
-    return flow
+    found = fuel_by_gear(model, force, speed, 0.0)
+    low, high = model["launch_speed"][0] * (1.0 - 1e-9), model["engine"]["speed_limit"][0]
+    unable = (found.turning < low) | (found.turning > high) | (found.torque > found.full_load)
+    return np.where(unable, np.inf, found.flow)
 
 
 def economy_speed(model: RecordArray, *, grade: float = 0.0, fastest: float = 60.0) -> EconomySpeed:

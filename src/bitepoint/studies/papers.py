@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from bitepoint.cache import write_atomically
 from bitepoint.errors import InputError
+from bitepoint.files import write_json
 from bitepoint.studies import dct_launch, eco_launch, p2_damping
 from bitepoint.studies.reproduction import Reproduction
 
@@ -66,7 +66,7 @@ def save(found: Reproduction, folder: str | Path) -> list[Path]:
     paths = [target / name for name in ("rows.json", "reproduction.html")]
     page = reproduction_page(found.name, found.source, found.rows, found.notes, found.figures)
     try:
-        write_atomically(paths[0], (json.dumps(found.to_json(), indent=2, allow_nan=False) + "\n").encode())
+        write_json(paths[0], found.to_json())
         write_atomically(paths[1], page.encode(errors="backslashreplace"))
     except OSError as error:
         raise InputError(str(folder), f"cannot be written ({error.strerror})", "choose another folder") from None
