@@ -11,6 +11,7 @@ import pytest
 from bitepoint.errors import InputError
 from bitepoint.models.longitudinal import driving_force, engine_torque_for, fuel_for, geared_speed
 from bitepoint.models.plan import SpeedPlan
+from bitepoint.models.route import Route
 from bitepoint.parts.body import Road
 from bitepoint.parts.torque_engine import fuel_cut_torque, fuel_flow, highest_torque
 from bitepoint.planning.eco_launch import LAUNCH_GRID, Launch, best_efficiency_fuel, launch_planner
@@ -18,7 +19,7 @@ from bitepoint.planning.speed_planner import Limits, SpeedPlanner, speed_task
 from bitepoint.planning.speed_program import Grid, SpeedProgram
 from bitepoint.planning.speed_stage import Stage
 from bitepoint.planning.speed_sweep import Sweep, sweep
-from bitepoint.planning.stations import Journey, PlainRoad
+from bitepoint.planning.stations import Journey
 from bitepoint.records import RecordArray
 from tests.planning.vehicles import FRICTION, HEAT, SHARE, hatchback, truck
 
@@ -101,7 +102,7 @@ def only_gears(program: SpeedProgram, gears: tuple[int, ...], stages: int) -> An
 @pytest.mark.parametrize("price", [0.0, 2e-3])
 def test_no_other_way_on_the_grid_is_cheaper(car: RecordArray, tau: float, price: float) -> None:
     s, grade = np.array([0.0, 40.0, 80.0, 120.0, 160.0]), np.array([0.03, 0.03, -0.02, 0.0, 0.01])
-    road = PlainRoad(s, grade, np.full(5, np.inf), np.empty(0))
+    road = Route.of_grade(s, grade, np.full(5, np.inf), np.empty(0))
     journey = Journey(road, 11.0, (10.0, 14.0), 14.0, 10.0)
     program = SpeedProgram(speed_task(car, Limits(shift_time=tau)), journey, Grid(40.0, 4, 0, 0))
     program.task["time_price"] = price
@@ -169,7 +170,7 @@ def test_agrees_with_a_continuous_optimum(price: float, curve: float) -> None:
         region["points"], region["x"], region["y"] = 2, 60.0, level
         region["x"][0, 0] = 0.0
     speeds, length = (9.0, 15.0), 400.0
-    journey = Journey(PlainRoad.flat(length), speeds[0], (speeds[1], speeds[1]), 18.0, 8.0, 4)
+    journey = Journey(Route.flat(length), speeds[0], (speeds[1], speeds[1]), 18.0, 8.0, 4)
     program = SpeedProgram(speed_task(model, Limits()), journey, Grid(10.0, 200, 0, 3))
     program.task["time_price"], program.task["gears"] = price, 4
     first, _ = program.solve()
@@ -256,7 +257,7 @@ def assert_physical(model: RecordArray, plan: SpeedPlan, grade: float, least: fl
 
 @pytest.mark.parametrize("grade", [0.0, 0.04])
 def test_a_plan_keeps_energy_and_limits(car: RecordArray, grade: float) -> None:
-    road = PlainRoad.flat(150.0, grade=grade)
+    road = Route.flat(150.0, grade=grade)
     plan = launch_planner(car, PAPER, road=road).plan(5e-4)
     assert plan.optimal
     assert plan.shifts >= 2
@@ -277,7 +278,7 @@ def test_a_demanded_acceleration_is_kept(car: RecordArray) -> None:
 
 def test_stop_lines_and_limits_on_the_way(car: RecordArray) -> None:
     s = np.array([0.0, 200.0, 300.0, 600.0])
-    road = PlainRoad(s, np.zeros(4), np.array([20.0, 8.0, 14.0, 14.0]), np.array([400.0]))
+    road = Route.of_grade(s, np.zeros(4), np.array([20.0, 8.0, 14.0, 14.0]), np.array([400.0]))
     plan = SpeedPlanner(car, Journey(road, 10.0, (10.0, 10.0), 20.0, dwell=5.0)).plan(1e-3)
     assert plan.optimal
     at_stop = np.flatnonzero(plan.speed == 0.0)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bitepoint.errors import InputError
+from bitepoint.models.route import Route
 from bitepoint.planning.predictive_cruise import (
     Cruise,
     RecedingCruise,
@@ -15,7 +16,6 @@ from bitepoint.planning.predictive_cruise import (
     road_window,
     set_speed_cruise,
 )
-from bitepoint.planning.stations import PlainRoad
 from bitepoint.planning.steady import energy_value, set_speed_price, steady_fuel
 from bitepoint.records import RecordArray
 from tests.planning.vehicles import HEAT, SHARE, hills, truck
@@ -37,7 +37,7 @@ def test_the_price_of_time_makes_the_set_speed_the_cheapest(model: RecordArray) 
 
 
 def test_a_flat_road_leaves_nothing_to_save(model: RecordArray) -> None:
-    found = compare_cruise(model, PlainRoad.flat(5000.0), CRUISE)
+    found = compare_cruise(model, Route.flat(5000.0), CRUISE)
     assert abs(found.saving) < 2e-3
     assert found.predictive.plan.speed == pytest.approx(CRUISE.set_speed, abs=0.7)
 
@@ -58,7 +58,7 @@ def test_hills_are_worth_a_look_ahead(model: RecordArray) -> None:
 
 def test_what_the_engine_cannot_hold_it_need_not(model: RecordArray) -> None:
     s = np.array([0.0, 1000.0, 1001.0, 2500.0, 2501.0, 6000.0])
-    road = PlainRoad(s, np.array([0.0, 0.0, 0.08, 0.08, 0.0, 0.0]), np.full(6, np.inf), np.empty(0))
+    road = Route.of_grade(s, np.array([0.0, 0.0, 0.08, 0.08, 0.0, 0.0]), np.full(6, np.inf), np.empty(0))
     held = set_speed_cruise(model, road, CRUISE)
     assert held.optimal
     assert held.speed.min() < CRUISE.set_speed - 2.0
@@ -80,7 +80,7 @@ def test_windows_do_as_well_as_the_whole_road(model: RecordArray) -> None:
 
 
 def test_a_window_keeps_its_kinetic_energy(model: RecordArray) -> None:
-    plan = RecedingCruise(model, PlainRoad.flat(50_000.0), CRUISE).plan(0.0, CRUISE.set_speed, 6)
+    plan = RecedingCruise(model, Route.flat(50_000.0), CRUISE).plan(0.0, CRUISE.set_speed, 6)
     assert plan.speed[plan.distance < 1800.0] == pytest.approx(CRUISE.set_speed, abs=0.3)
     assert brake_work(plan) == 0.0
 

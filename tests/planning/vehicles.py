@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from bitepoint.models.longitudinal import LongitudinalModel
+from bitepoint.models.route import Route
 from bitepoint.parts.amt import AutomatedGearbox
 from bitepoint.parts.body import Body, Wheels
 from bitepoint.parts.launch_clutch import LaunchClutch
 from bitepoint.parts.torque_engine import TorqueEngine
-from bitepoint.planning.stations import PlainRoad
 from bitepoint.records import RecordArray
 from bitepoint.vehicles import load_vehicle
 
@@ -68,10 +68,10 @@ def truck(mass: float = 6000.0, **gearbox: Any) -> RecordArray:
     return LongitudinalModel.of({name: record.parse(shown[name], "truck", name) for name, record in BLOCKS.items()})
 
 
-def hills(deviation: float, length: float = 20_000.0, seed: int = 1) -> PlainRoad:
+def hills(deviation: float, length: float = 20_000.0, seed: int = 1) -> Route:
     """A road of 12 waves of equal height in grade, 0.9 to 4.5 km long, with this standard deviation of the grade."""
     s, random = np.arange(0.0, length + 25.0, 25.0), np.random.default_rng(seed)
     waves, phases = np.exp(random.uniform(np.log(900.0), np.log(4500.0), 12)), random.uniform(0.0, 2.0 * np.pi, 12)
     grade = np.cos(2.0 * np.pi * s[:, np.newaxis] / waves + phases).sum(axis=1)
     grade = grade - grade.mean()
-    return PlainRoad(s, deviation * grade / grade.std(), np.full(len(s), np.inf), np.empty(0))
+    return Route.of_grade(s, deviation * grade / grade.std(), np.full(len(s), np.inf), np.empty(0))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from bitepoint.errors import InputError
+from bitepoint.parts.road_profile import rise_along
 from bitepoint.recording import Floats
 
 STEEPEST = 0.3
@@ -58,6 +60,17 @@ class Route:
         inside = (self.stops >= 0.0) & (self.stops <= self.length)
         if self.stops.ndim != 1 or not inside.all() or not (np.diff(self.stops) > 0.0).all():
             raise InputError("route", "stops out of order or off the road", f"expected rising m of 0..{self.length:g}")
+
+    @staticmethod
+    def of_grade(distance: Floats, grade: Floats, speed_limit: Floats, stops: Floats) -> Route:
+        """Return a road that begins at height 0, and rises as its grade says."""
+        return Route(distance, rise_along(distance, grade, distance), grade, speed_limit, stops)
+
+    @staticmethod
+    def flat(length: float, *, grade: float = 0.0, stops: Sequence[float] = ()) -> Route:
+        """Return a road of one grade and no limits, `length` in m."""
+        no_limit = np.full(2, np.inf)
+        return Route.of_grade(np.array([0.0, length]), np.full(2, grade), no_limit, np.array(stops, np.float64))
 
     @property
     def length(self) -> float:

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from bitepoint.models.plan import Floats, SpeedPlan
+from bitepoint.models.route import Route
 from bitepoint.parts.torque_engine import fuel_flow, highest_torque
 from bitepoint.planning.speed_planner import Limits, SpeedPlanner
 from bitepoint.planning.speed_program import Grid
-from bitepoint.planning.stations import Journey, PlainRoad, RoadProfile
+from bitepoint.planning.stations import Journey
 from bitepoint.records import RecordArray
 
 LAUNCH_GRID = Grid(spacing=5.0, steps=200, halvings=0, refinements=2)
@@ -42,11 +43,11 @@ class Launch:
     dwell: float = 0.0
     end_value: float = 0.0
 
-    def journey(self, road: RoadProfile | None = None) -> Journey:
+    def journey(self, road: Route | None = None) -> Journey:
         """Return it along a road, which is flat and without limits if there is none."""
         end = self.end_speed if isinstance(self.end_speed, tuple) else (self.end_speed, self.end_speed)
         return Journey(
-            PlainRoad.flat(self.length) if road is None else road,
+            Route.flat(self.length) if road is None else road,
             self.start_speed,
             end,
             max(end[1] if self.highest_speed is None else self.highest_speed, self.start_speed),
@@ -61,7 +62,7 @@ def launch_planner(
     model: RecordArray,
     launch: Launch,
     *,
-    road: RoadProfile | None = None,
+    road: Route | None = None,
     limits: Limits | None = None,
     grid: Grid = LAUNCH_GRID,
 ) -> SpeedPlanner:

@@ -13,9 +13,10 @@ import numpy as np
 
 from bitepoint.errors import InputError
 from bitepoint.models.plan import Floats, SpeedPlan
+from bitepoint.models.route import Route
 from bitepoint.planning.speed_planner import Limits, SpeedPlanner, TimedPlan
 from bitepoint.planning.speed_program import Grid
-from bitepoint.planning.stations import Journey, PlainRoad, RoadProfile
+from bitepoint.planning.stations import Journey
 from bitepoint.planning.steady import energy_value, set_speed_price
 from bitepoint.records import RecordArray
 
@@ -83,7 +84,7 @@ def brake_work(plan: SpeedPlan) -> float:
 
 
 def cruise_planner(
-    model: RecordArray, road: RoadProfile, cruise: Cruise, *, limits: Limits | None = None, grid: Grid = CRUISE_GRID
+    model: RecordArray, road: Route, cruise: Cruise, *, limits: Limits | None = None, grid: Grid = CRUISE_GRID
 ) -> SpeedPlanner:
     """Return the planner of a whole road: its `plan`, `plan_at_time` and `pareto`.
 
@@ -96,7 +97,7 @@ def cruise_planner(
 
 
 def set_speed_cruise(
-    model: RecordArray, road: RoadProfile, cruise: Cruise, *, limits: Limits | None = None, grid: Grid = CRUISE_GRID
+    model: RecordArray, road: Route, cruise: Cruise, *, limits: Limits | None = None, grid: Grid = CRUISE_GRID
 ) -> SpeedPlan:
     """Return the plan that holds the set speed: below only where torque does not do, never above, brakes downhill."""
     v = cruise.set_speed
@@ -105,7 +106,7 @@ def set_speed_cruise(
 
 
 def compare_cruise(
-    model: RecordArray, road: RoadProfile, cruise: Cruise, *, limits: Limits | None = None, grid: Grid = CRUISE_GRID
+    model: RecordArray, road: Route, cruise: Cruise, *, limits: Limits | None = None, grid: Grid = CRUISE_GRID
 ) -> CruiseComparison:
     """Return predictive cruise beside the held set speed at equal time.
 
@@ -137,7 +138,7 @@ class RecedingCruise:
     def __init__(
         self,
         model: RecordArray,
-        road: RoadProfile,
+        road: Route,
         cruise: Cruise,
         *,
         time_price: float | None = None,
@@ -206,15 +207,14 @@ class RecedingCruise:
         return int(np.argmax(far & ~np.concatenate(([False], plan.shifting[:-1]))))
 
 
-def road_window(road: RoadProfile, start: float, end: float) -> PlainRoad:
+def road_window(road: Route, start: float, end: float) -> Route:
     """Return the part of a road between two distances, m, its distance counted from the first."""
-    s = np.asarray(road.distance)
+    s = road.distance
     inside = np.flatnonzero((s > start + 1e-6) & (s < end - 1e-6))
     at = np.concatenate(([start], s[inside], [end]))
-    limit = np.asarray(road.speed_limit)[np.clip(np.searchsorted(s, at + 1e-9, side="right") - 1, 0, len(s) - 1)]
-    stops = np.asarray(road.stops, np.float64)
-    stops = stops[(stops > start + 1e-6) & (stops <= end)] - start
-    return PlainRoad(at - start, np.interp(at, s, road.grade), limit, stops)
+    limit = road.speed_limit[np.clip(np.searchsorted(s, at + 1e-9, side="right") - 1, 0, len(s) - 1)]
+    stops = road.stops[(road.stops > start + 1e-6) & (road.stops <= end)] - start
+    return Route.of_grade(at - start, np.interp(at, s, road.grade), limit, stops)
 
 
 def _until(plan: SpeedPlan, cut: int) -> SpeedPlan:

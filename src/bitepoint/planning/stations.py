@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Protocol
 
 import numpy as np
 
 from bitepoint.errors import InputError
 from bitepoint.models.plan import Flags, Floats
+from bitepoint.models.route import Route
 from bitepoint.parts.road_profile import rise_along
 
 ROOM_TO_CHANGE = 0.2
@@ -21,52 +20,6 @@ SLOW = 5.0
 
 FINER = (8, 4, 2, 2)
 """Pieces that the stages next to such a place are cut into, the nearest first."""
-
-
-class RoadProfile(Protocol):
-    """A road over distance, such as `models.route.Route`.
-
-    Attributes:
-        distance: m, rising, from 0, shape (points,); grade: rise over run at the points, linear between them.
-        speed_limit: m/s, from each point to the next; NaN or infinite: none.
-        stops: distances of stop lines, m.
-    """
-
-    @property
-    def distance(self) -> Floats:
-        """M."""
-        ...
-
-    @property
-    def grade(self) -> Floats:
-        """Rise over run."""
-        ...
-
-    @property
-    def speed_limit(self) -> Floats:
-        """M/s."""
-        ...
-
-    @property
-    def stops(self) -> Floats:
-        """M."""
-        ...
-
-
-@dataclass(frozen=True)
-class PlainRoad:
-    """A road from arrays; see `RoadProfile`."""
-
-    distance: Floats
-    grade: Floats
-    speed_limit: Floats
-    stops: Floats
-
-    @staticmethod
-    def flat(length: float, *, grade: float = 0.0, stops: Sequence[float] = ()) -> PlainRoad:
-        """Return a road of one grade and no limits, `length` in m."""
-        no_limit = np.full(2, np.inf)
-        return PlainRoad(np.array([0.0, length]), np.full(2, grade), no_limit, np.array(stops, np.float64))
 
 
 @dataclass(frozen=True)
@@ -82,7 +35,7 @@ class Journey:
         end_value: what the kinetic energy at the end is worth, kg of fuel per J.
     """
 
-    road: RoadProfile
+    road: Route
     start_speed: float
     end_speed: tuple[float, float]
     highest_speed: float
@@ -93,14 +46,6 @@ class Journey:
     end_value: float = 0.0
 
     def __post_init__(self) -> None:
-        s = np.asarray(self.road.distance)
-        if len(s) < 2 or not (np.isfinite(s).all() and (np.diff(s) > 0.0).all()):
-            raise InputError("plan", "road: distances do not rise", "expected two points or more, each further on")
-        for name in ("grade", "speed_limit"):
-            if np.shape(getattr(self.road, name)) != s.shape:
-                raise InputError("plan", f"road: {name} has another length than distance", "expected one per point")
-        if not np.isfinite(self.road.grade).all() or np.abs(self.road.grade).max() > 0.5:
-            raise InputError("plan", "road: a grade beyond -0.5..0.5", "expected rise over run")
         low, high = self.end_speed
         if not 0.0 <= low <= high or self.start_speed < 0.0 or not 0.0 <= self.lowest_speed < self.highest_speed:
             raise InputError(
@@ -140,19 +85,17 @@ def place_stations(journey: Journey, spacing: float, halvings: int = 0) -> Stati
     ones at a place where the vehicle is slow: these are halved, and halved again, towards it.
     """
     road = journey.road
-    s = np.asarray(road.distance, np.float64)
-    limit = np.where(np.isfinite(road.speed_limit), road.speed_limit, np.inf)
+    s, limit, stop_lines = road.distance, road.speed_limit, road.stops
     changes = s[1:-1][limit[1:-1] != limit[:-2]]
-    marks = np.unique(np.concatenate(([0.0, s[-1] - s[0]], np.asarray(road.stops) - s[0], changes - s[0])))
-    marks = marks[(marks >= 0.0) & (marks <= s[-1] - s[0])]
-    slow = set(np.asarray(road.stops) - s[0])
+    marks = np.unique(np.concatenate(([0.0, s[-1]], stop_lines, changes)))
+    slow = set(stop_lines)
     slow |= {0.0} if journey.start_speed < SLOW else set()
     slow |= {marks[-1]} if journey.end_speed[1] < SLOW else set()
     pieces = [_stages(a, b, spacing, (a in slow, b in slow), halvings) for a, b in pairwise(marks)]
     distance = np.append(np.concatenate(pieces), marks[-1])
-    stops = np.isin(distance, np.asarray(road.stops) - s[0])
-    low, high = _bands(journey, distance, stops, _limits(s - s[0], limit, distance))
-    rise = rise_along(s - s[0], np.asarray(road.grade), distance)
+    stops = np.isin(distance, stop_lines)
+    low, high = _bands(journey, distance, stops, _limits(s, limit, distance))
+    rise = rise_along(s, road.grade, distance)
     return Stations(distance, low, high, stops, np.diff(rise) / np.diff(distance))
 
 
