@@ -18,7 +18,7 @@ from tests.export.qp_part import part, sequences
 from tests.numerics.qp_families import Programmes, dense, mpc, solve
 
 MOST_CODE, MOST_STACK = 8192, 1024
-MOST_INSTRUCTIONS = {"20 limits in 10 rows": 17_000, "20 limits in 20 rows": 22_000, "40 limits in 20 rows": 32_000}
+MOST_INSTRUCTIONS = {"20 limits in 10 rows": 17_000, "20 limits in 20 rows": 17_000, "40 limits in 20 rows": 32_000}
 """In float32, for the hardest of all that are drawn: limits on 5 moves and their rates as they are stated in predictive
 control, the same with a row for each side, and dense rows with two sides each."""
 

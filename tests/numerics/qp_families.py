@@ -189,6 +189,23 @@ def redundant(rng: np.random.Generator, lanes: int, *, apart: float = 0.0) -> Pr
     return scaled(replace(once, constraints=constraints, low=low, high=high), factors)
 
 
+def parallel(rng: np.random.Generator, lanes: int) -> Programmes:
+    """Return programmes of 5 slabs with 4 rows each, equal or opposite to the last bit in terms of y.
+
+    Half the rows lack a limit, and in every third programme the limits of different rows make slabs of no thickness.
+    """
+    once = dense(rng, lanes, 5, 20)
+    source, factors = np.arange(20) % 5, 2.0 ** rng.integers(-3, 4, (lanes, 20)) * rng.choice([-1.0, 1.0], (lanes, 20))
+    inside = 0.5 * (once.low + once.high)[:, source]
+    low, high = np.minimum(once.low, inside), np.maximum(once.high, inside)
+    thin = (np.arange(lanes) % 3 == 0)[:, None]
+    low, high = np.where(thin & (np.arange(20) < 5), inside, low), np.where(thin & (np.arange(20) >= 15), inside, high)
+    lacks = rng.random((lanes, 20))
+    keep = thin & ((np.arange(20) < 5) | (np.arange(20) >= 15))
+    low, high = np.where((lacks < 0.25) & ~keep, -np.inf, low), np.where((lacks > 0.75) & ~keep, np.inf, high)
+    return scaled(replace(once, constraints=once.constraints[:, source], low=low, high=high), factors)
+
+
 def vertices(rng: np.random.Generator, lanes: int) -> Programmes:
     """Return programmes of whole numbers, all of whose 20 limits in 5 variables meet in one point or are next to it."""
     constraints = rng.integers(-1, 2, (lanes, 20, 5)).astype(float)
@@ -241,6 +258,7 @@ FEASIBLE: dict[str, Callable[[np.random.Generator, int], Programmes]] = {
     "condition 1e8": lambda rng, lanes: dense(rng, lanes, 5, 20, condition=1e8),
     "badly scaled rows": badly_scaled,
     "rows twice": redundant,
+    "parallel rows": parallel,
     "rows nearly twice": lambda rng, lanes: redundant(rng, lanes, apart=1e-7),
     "vertices": vertices,
     "equal limits": equalities,

@@ -14,7 +14,18 @@ from hypothesis import strategies as st
 from bitepoint.numerics import qp
 from bitepoint.numerics.qp import qp_solver
 from bitepoint.numerics.qp_records import INACCURATE, INFEASIBLE, ITERATION_CAP, NOT_FINITE, SOLVED
-from tests.numerics.qp_families import FEASIBLE, Floats, Programmes, dense, mpc, redundant, scaled, shortfall, solve
+from tests.numerics.qp_families import (
+    FEASIBLE,
+    Floats,
+    Programmes,
+    dense,
+    mpc,
+    parallel,
+    redundant,
+    scaled,
+    shortfall,
+    solve,
+)
 from tests.tolerances import QP_OBJECTIVE, QP_POINT, QP_RESIDUAL
 
 SOLVER = qp_solver(5, 20)
@@ -105,6 +116,33 @@ def test_sees_limits_of_the_same_row_that_exclude_each_other() -> None:
     assert (solve(replace(programmes, low=low, high=high), SOLVER).status == INFEASIBLE).all()
     crossed = replace(programmes, low=programmes.high, high=programmes.low - 1e-9)
     assert (solve(crossed, SOLVER).status == INFEASIBLE).all()
+
+
+def test_rows_turned_round_count_once() -> None:
+    two_sided, one_sided = (mpc(np.random.default_rng(12), LANES, two_sided=two) for two in (True, False))
+    once, twice = solve(two_sided, SOLVER), solve(one_sided, SOLVER)
+    assert np.array_equal(once.x, twice.x)
+    assert np.array_equal(once.iterations, twice.iterations)
+    assert np.array_equal(once.multipliers, twice.multipliers[:, :10] - twice.multipliers[:, 10:])
+    assert (twice.multipliers >= 0.0).all()
+    matrices, _ = one_sided.records(SOLVER)
+    SOLVER.factorise.run(matrices)
+    assert (matrices["slabs"] == 9).all()  # the first move and its change are limited by the same row
+
+
+@pytest.mark.parametrize(("beyond", "status"), [(1e-15, SOLVED), (1e-6, INFEASIBLE)])
+def test_parallel_rows_that_miss_each_other_by_rounding_meet(beyond: float, status: int) -> None:
+    programmes = parallel(np.random.default_rng(13), LANES)
+    level = 1.0 + np.einsum("li,li->l", programmes.constraints[:, 0], programmes.gradient)
+    factor = (programmes.constraints[:, 5] / programmes.constraints[:, 0])[:, 0]
+    low, high = np.full_like(programmes.low, -np.inf), np.full_like(programmes.high, np.inf)
+    high[:, 0], end = level, (level + beyond * np.abs(level)) * factor
+    low[:, 5], high[:, 5] = np.where(factor > 0, end, -np.inf), np.where(factor > 0, np.inf, end)
+    apart = replace(programmes, low=low, high=high)
+    found = solve(apart, SOLVER)
+    assert (found.status == status).all()
+    if status == SOLVED:
+        assert shortfall(apart, found.x, found.multipliers).max() <= QP_RESIDUAL
 
 
 def test_without_limits_it_is_a_linear_equation() -> None:

@@ -24,7 +24,7 @@ from typing import Any
 
 from bitepoint.errors import InputError
 from bitepoint.kernels import EPSILON, Kernel, is_finite, kernel
-from bitepoint.numerics.qp_factors import qp_factorise, qp_invert, qp_normalise
+from bitepoint.numerics.qp_factors import qp_factorise, qp_invert, qp_normalise, qp_share
 from bitepoint.numerics.qp_records import (
     INACCURATE,
     INFEASIBLE,
@@ -50,6 +50,8 @@ from bitepoint.numerics.qp_steps import (
     qp_drop,
     qp_enter,
     qp_limit,
+    qp_limits,
+    qp_tolerance,
 )
 from bitepoint.numerics.unrolling import unrolled
 from bitepoint.records import Record
@@ -73,7 +75,7 @@ def qp_row_residual(m: QpMatrices, d: QpData, w: QpWork, s: QpSolution) -> float
             above = abs(above)
         elif s.multipliers[i] < 0.0:
             below = abs(below)
-        worst = max(worst, max(above, below) * m.scales[i])  # NaN for a row of zeros without limits
+        worst = max(worst, max(above, below) * abs(m.scales[i]))  # NaN for a row of zeros without limits
     return worst / w.size if worst > 0.0 else worst
 
 
@@ -103,10 +105,14 @@ def qp_finish(m: QpMatrices, d: QpData, w: QpWork, s: QpSolution) -> bool:
     """Write x, multipliers and residual; return whether they are finite."""
     canary = 0.0
     for k in range(w.members):
+        slab = w.active[k]
+        row = w.highest[slab] if w.forces[k] > 0.0 else w.lowest[slab]
+        multiplier = w.forces[k] * m.scales[row]
         # never: else, but where rounding turned the sign of a force that is nearly 0
         if w.sides[k] * w.forces[k] >= 0.0:
-            s.multipliers[w.active[k]] = w.forces[k] * m.scales[w.active[k]]
-        canary += abs(w.forces[k] * m.scales[w.active[k]])
+            s.multipliers[row] = multiplier
+        w.active[k] = row
+        canary += abs(multiplier)
     for k in range(m.variables):
         part = w.point[k]
         for j in range(k + 1):
@@ -228,8 +234,8 @@ def qp_solver(variables: int, rows: int) -> QpSolver:
 
 
 CALLEES_FIRST: tuple[Kernel[..., Any], ...] = (
-    qp_invert, qp_normalise, qp_factorise, qp_begin, qp_choose, qp_enter, qp_limit, qp_add, qp_drop,
-    qp_advance, qp_row_residual, qp_stationarity, qp_finish, qp_clear, qp_solve,
+    qp_invert, qp_share, qp_normalise, qp_factorise, qp_tolerance, qp_limits, qp_begin, qp_choose, qp_enter, qp_limit,
+    qp_add, qp_drop, qp_advance, qp_row_residual, qp_stationarity, qp_finish, qp_clear, qp_solve,
 )  # fmt: skip
 """All kernels."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from bitepoint.kernels import EPSILON, is_finite, kernel
-from bitepoint.numerics.qp_records import NOT_FINITE, SOLVED, VARIABLES, QpMatrices
+from bitepoint.numerics.qp_records import NOT_FINITE, ROWS, SOLVED, VARIABLES, QpMatrices
 
 
 @kernel
@@ -38,10 +38,28 @@ def qp_invert(m: QpMatrices) -> bool:
 
 
 @kernel
+def qp_share(m: QpMatrices) -> int:
+    """Return the slab that has the normal behind the last one, or its opposite; the place behind where none has."""
+    place = min(m.slabs, ROWS - 1)
+    found = place
+    for k in range(m.slabs):
+        same = True
+        opposite = True
+        for j in range(VARIABLES):
+            same = same and m.normals[k, j] == m.normals[place, j]
+            opposite = opposite and m.normals[k, j] == -m.normals[place, j]
+        if same or opposite:
+            found = k
+    return found
+
+
+@kernel
 def qp_normalise(m: QpMatrices) -> bool:
-    """Write normals and scales; return whether all are finite. A row shorter than EPSILON**2 is one of zeros."""
+    """Write normals, slabs and scales; return whether all are finite. A row shorter than EPSILON**2 is one of zeros."""
     sum_of_all = 0.0
+    m.slabs = 0
     for i in range(m.rows):
+        place = min(m.slabs, ROWS - 1)
         sum_of_squares = 0.0
         for j in range(m.variables, VARIABLES):
             m.constraints[i, j] = 0.0
@@ -49,15 +67,26 @@ def qp_normalise(m: QpMatrices) -> bool:
             part = 0.0
             for j in range(k + 1):
                 part += m.constraints[i, j] * m.inverse_factor[k, j]
-            m.normals[i, k] = part
+            m.normals[place, k] = part
             sum_of_squares += part**2
         sum_of_all += sum_of_squares
         scale = 0.0
         if sum_of_squares > EPSILON**2 * EPSILON**2:
             scale = 1.0 / math.sqrt(sum_of_squares)
-        m.scales[i] = scale
         for k in range(VARIABLES):
-            m.normals[i, k] *= scale
+            m.normals[place, k] *= scale
+        m.slab[i] = 0
+        if scale > 0.0:
+            slab = min(max(qp_share(m), 0), ROWS - 1)
+            cosine = 0.0
+            for k in range(VARIABLES):
+                cosine += m.normals[slab, k] * m.normals[place, k]
+            if cosine < 0.0:
+                scale = -scale
+            m.slab[i] = slab
+            if slab == m.slabs:
+                m.slabs = slab + 1
+        m.scales[i] = scale
     return is_finite(sum_of_all)
 
 

@@ -49,8 +49,16 @@ class QpMatrices(Record):
     hessian: FloatArray = quantity("1", -ANY, ANY, "H, symmetric", shape=(VARIABLES, VARIABLES))
     constraints: FloatArray = quantity("1", -ANY, ANY, "G, a row per limit", shape=(ROWS, VARIABLES))
     inverse_factor: FloatArray = quantity("1", -ANY, ANY, "inverse of L, H = L L'", shape=(VARIABLES, VARIABLES))
-    normals: FloatArray = quantity("1", -1, 1, "rows of G over L', of length 1", shape=(ROWS, VARIABLES))
-    scales: FloatArray = quantity("1", 0, ANY, "what made their length 1; 0 for a row of zeros", shape=(ROWS,))
+    slabs: int = count(0, ROWS, "rows that are not zeros, those equal or opposite in terms of y counted once")
+    normals: FloatArray = quantity("1", -1, 1, "of the slabs: rows of G over L', of length 1", shape=(ROWS, VARIABLES))
+    slab: IntArray = count(0, ROWS - 1, "slab of each row", shape=(ROWS,))
+    scales: FloatArray = quantity(
+        "1",
+        -ANY,
+        ANY,
+        "what makes a row the normal of its slab: < 0 turns it round, 0 for a row of zeros",
+        shape=(ROWS,),
+    )
 
 
 class QpData(Record):
@@ -64,18 +72,20 @@ class QpData(Record):
 class QpWork(Record):
     """Scratch. Its content before a call does not matter."""
 
-    members: int = count(0, VARIABLES, "active rows")
-    watched: int = count(0, ROWS, "rows that are not active, nor zeros")
-    place: int = count(0, ROWS - 1, "place of the entering row among these")
-    entering: int = count(0, ROWS - 1, "row that becomes active")
-    leaving: int = count(0, VARIABLES - 1, "place of the active row whose force first falls to 0")
-    gap: float = quantity("1", -ANY, ANY, "entering row: how far above its upper limit, or below (< 0) its lower one")
-    force: float = quantity("1", -ANY, ANY, "entering row: its multiplier so far")
+    members: int = count(0, VARIABLES, "active slabs")
+    watched: int = count(0, ROWS, "slabs that are not active")
+    place: int = count(0, ROWS - 1, "place of the entering slab among these")
+    entering: int = count(0, ROWS - 1, "slab that becomes active")
+    leaving: int = count(0, VARIABLES - 1, "place of the active slab whose force first falls to 0")
+    gap: float = quantity("1", -ANY, ANY, "entering slab: how far above its upper limit, or below (< 0) its lower one")
+    force: float = quantity("1", -ANY, ANY, "entering slab: its multiplier so far")
     limit: float = quantity("1", -1, ANY, "longest step of the multiplier; -1 for any")
     square: float = quantity("1", 0, 1, "squared length of the direction")
     size: float = quantity("1", 0, ANY, "length of the way to the point, from 0: what rounding is relative to")
-    low: FloatArray = quantity("1", -ANY, ANY, "lower limits of the normals", shape=(ROWS,))
-    high: FloatArray = quantity("1", -ANY, ANY, "upper limits of the normals", shape=(ROWS,))
+    low: FloatArray = quantity("1", -ANY, ANY, "lower limits of the slabs", shape=(ROWS,))
+    high: FloatArray = quantity("1", -ANY, ANY, "upper limits of the slabs", shape=(ROWS,))
+    lowest: IntArray = count(0, ROWS - 1, "rows that set the lower limits", shape=(ROWS,))
+    highest: IntArray = count(0, ROWS - 1, "rows that set the upper limits", shape=(ROWS,))
     point: FloatArray = quantity("1", -ANY, ANY, "y = L' x", shape=(VARIABLES,))
     basis: FloatArray = quantity(
         "1", -1, 1, "orthonormal rows, of which the first span the active normals", shape=(VARIABLES, VARIABLES)
@@ -87,8 +97,8 @@ class QpWork(Record):
     ratios: FloatArray = quantity("1", -ANY, ANY, "what active normals span of the entering one", shape=(VARIABLES,))
     forces: FloatArray = quantity("1", -ANY, ANY, "multipliers of the active normals", shape=(VARIABLES,))
     sides: FloatArray = quantity("1", -1, 1, "1 active at high, -1 at low, 0 with both equal", shape=(VARIABLES,))
-    active: IntArray = count(0, ROWS - 1, "active rows", shape=(VARIABLES,))
-    watch: IntArray = count(0, ROWS - 1, "rows that are not active, nor zeros", shape=(ROWS,))
+    active: IntArray = count(0, ROWS - 1, "active slabs; at the end their rows", shape=(VARIABLES,))
+    watch: IntArray = count(0, ROWS - 1, "slabs that are not active", shape=(ROWS,))
 
 
 class QpSolution(Record):
@@ -97,7 +107,7 @@ class QpSolution(Record):
     x: FloatArray = quantity("1", -ANY, ANY, "minimiser", shape=(VARIABLES,))
     multipliers: FloatArray = quantity("1", -ANY, ANY, "of the rows: > 0 at high, < 0 at low", shape=(ROWS,))
     residual: float = quantity("1", -1, ANY, "of the optimality conditions, relative")
-    iterations: int = count(0, ITERATIONS, "rows that became active or inactive")
+    iterations: int = count(0, ITERATIONS, "slabs that became active or inactive")
 
 
 def resized(record: type[Record], variables: int, rows: int) -> type[Record]:

@@ -20,12 +20,65 @@ ADDED, DROPPED, STUCK = 0, 1, 2
 
 
 @kernel
-def qp_begin(m: QpMatrices, d: QpData, w: QpWork) -> int:
-    """Begin at the unconstrained minimum, with no row active; return SOLVING, or why not."""
-    # never: else, in a part that looks before it asks
-    status = SOLVING if m.usable == 1 else NOT_FINITE
-    w.members = 0
+def qp_tolerance(size: float) -> float:
+    """Return by how much a limit is missed that is not violated, in terms of y and of the size of the programme."""
+    return math.sqrt(EPSILON) * math.sqrt(math.sqrt(EPSILON)) * size
+
+
+@kernel
+def qp_limits(m: QpMatrices, d: QpData, w: QpWork) -> int:
+    """Limit each slab to what its rows leave of it; return SOLVING, or why not.
+
+    Limits of different rows that miss each other by no more than rounding are equal.
+    """
+    status = SOLVING
     w.watched = 0
+    for i in range(m.rows):
+        room = d.low[i] <= d.high[i]
+        low = d.low[i] * m.scales[i]
+        high = d.high[i] * m.scales[i]
+        # never: in a part no row of which is another one turned round
+        if m.scales[i] < 0.0:
+            low = d.high[i] * m.scales[i]
+            high = d.low[i] * m.scales[i]
+        slab = m.slab[i]
+        # never: in a part no row of which is one of zeros
+        if m.scales[i] == 0.0:
+            # never: not, in a part that orders its limits and lets 0 between them
+            room = room and d.low[i] <= 0.0 and d.high[i] >= 0.0
+        # never: else, in a part that has parallel rows
+        elif slab == w.watched:
+            w.watch[slab] = slab
+            w.watched = slab + 1
+            w.low[slab] = low
+            w.high[slab] = high
+            w.lowest[slab] = i
+            w.highest[slab] = i
+        else:
+            if low > w.low[slab]:
+                w.low[slab] = low
+                w.lowest[slab] = i
+            if high < w.high[slab]:
+                w.high[slab] = high
+                w.highest[slab] = i
+            if w.low[slab] > w.high[slab]:
+                # never: not, in a part that orders its limits
+                room = room and w.low[slab] - w.high[slab] <= qp_tolerance(w.size + abs(w.high[slab]))
+                w.low[slab] = w.high[slab]
+        # never: in a part that orders its limits and lets 0 between them
+        if not room:
+            if status == SOLVING:
+                status = INFEASIBLE
+            # never: in a part whose limits are numbers
+            if not (d.low[i] <= d.high[i] or d.low[i] > d.high[i]):
+                status = NOT_FINITE
+    return status
+
+
+@kernel
+def qp_begin(m: QpMatrices, d: QpData, w: QpWork) -> int:
+    """Begin at the unconstrained minimum, with no slab active; return SOLVING, or why not."""
+    w.members = 0
     w.size = 0.0
     for j in range(VARIABLES):
         w.point[j] = 0.0
@@ -38,31 +91,15 @@ def qp_begin(m: QpMatrices, d: QpData, w: QpWork) -> int:
         for j in range(VARIABLES):
             w.basis[k, j] = 0.0
         w.basis[k, k] = 1.0
-    if not is_finite(w.size):
-        status = NOT_FINITE
-    for i in range(m.rows):
-        low = d.low[i]
-        high = d.high[i]
-        w.low[i] = low * m.scales[i]
-        w.high[i] = high * m.scales[i]
-        if m.scales[i] > 0.0:
-            last = min(w.watched, ROWS - 1)
-            w.watch[last] = i
-            w.watched = last + 1
-        # never: in a part that orders its limits and lets 0 between them
-        if not (low <= high) or (m.scales[i] == 0.0 and (low > 0.0 or high < 0.0)):
-            if status == SOLVING:
-                status = INFEASIBLE
-            # never: in a part whose limits are numbers
-            if not (low <= high or low > high):
-                status = NOT_FINITE
-    return status
+    status = qp_limits(m, d, w)
+    # never: else, in a part that looks before it asks
+    return status if m.usable == 1 and is_finite(w.size) else NOT_FINITE
 
 
 @kernel
 def qp_choose(m: QpMatrices, w: QpWork) -> None:
-    """Find the row that is violated most, in terms of y; the gap is 0 where none is."""
-    worst = math.sqrt(EPSILON) * math.sqrt(math.sqrt(EPSILON)) * w.size
+    """Find the slab whose limits are violated most, in terms of y; the gap is 0 where none is."""
+    worst = qp_tolerance(w.size)
     gap = 0.0
     for place in range(w.watched):
         i = w.watch[place]
@@ -144,6 +181,7 @@ def qp_add(m: QpMatrices, w: QpWork) -> None:
     w.pivots[q] = 1.0 / diagonal
     w.active[q] = w.entering
     w.forces[q] = w.force
+    # never: 0, in a part between whose limits there is room
     w.sides[q] = 0.0 if w.low[w.entering] == w.high[w.entering] else (1.0 if w.gap > 0.0 else -1.0)
     w.members = min(w.members + 1, VARIABLES)
     last = max(w.watched - 1, 0)
