@@ -14,10 +14,14 @@ u corrects it, likewise its gear, ahead by half a shift.
 
 The integral rests while the throttle is at a limit that the error asks to pass, and while the gearbox shifts. At a
 standstill that is wanted the brake holds.
+
+Stop lines are kept in the modes speeds and plan: where v^2 / 2 over the way to the line reaches the deceleration that
+is told for it, the driver brakes with what that ratio is from then on, which ends at the line; stands; and leaves.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cache
 from typing import Any
@@ -26,6 +30,16 @@ import numpy as np
 
 from bitepoint.controllers.controller import Controller
 from bitepoint.controllers.plan_table import PlanTable, planned_gear, planned_speed, planned_torque
+from bitepoint.controllers.stop_lines import (
+    REACH,
+    STOP_LINES,
+    StopLines,
+    braking_to_line,
+    lined_square,
+    slowing_ahead,
+    way_off_line,
+    way_to_line,
+)
 from bitepoint.files import library_yaml
 from bitepoint.kernels import clamp, is_finite, kernel, to_index
 from bitepoint.models.shift_map import ShiftMap, mapped_gear
@@ -39,6 +53,12 @@ MODES = ("target", "plan", "speeds")
 STANDING_SPEED = 0.05
 """Speed to follow below which the driver wants to stand, m/s."""
 
+BITE = 0.9
+"""Speed of the engine, over that at which the clutch is launched, from which the brake at a standstill is released."""
+
+ONSET = 0.95
+"""Share of the deceleration told for a stop line at which the driver begins to brake for it."""
+
 LEAST_SPAN = 1.0
 """Least torque from drag to full load, N m: an engine that stands has none."""
 
@@ -51,8 +71,8 @@ class PedalDriverCalibration(Record):
     integral_gain: float = quantity("1/m", 0, 10, "rate of the throttle per error of the speed", default=0.036)
     throttle_limit: float = quantity("1", 0.01, 1, "most throttle", default=0.7)
     brake_rest: float = quantity("1", 0, 1, "how far the driver wants to be off the throttle to brake", default=0.1)
-    brake_gain: float = quantity("N*m", 0, 1e5, "torque of the brake per wish beyond that", default=2000.0)
-    hold_torque: float = quantity("N*m", 0, 1e5, "of the brake at a standstill", default=1000.0)
+    brake_gain: float = quantity("m/s^2", 0, 50, "deceleration by the brake per wish beyond that", default=4.3)
+    hold_rate: float = quantity("m/s^2", 0, 20, "deceleration that the brake at a standstill would give", default=2.2)
     standstill_speed: float = quantity("m/s", 0, 3, "below which the vehicle may be held", default=0.3)
     shift_up_low: float = quantity("rad/s", 50, 1500, "engine speed to shift up at no throttle", default=178.0)
     shift_up_high: float = quantity("rad/s", 50, 1500, "the same at full throttle, linear between", default=366.0)
@@ -61,6 +81,8 @@ class PedalDriverCalibration(Record):
     )
     schedule: int = count(0, 1, "1: gears follow the shift map; 0: the line of the engine speed", default=0)
     shift_pause: float = quantity("s", 0, 10, "shortest time in a gear", default=0.5)
+    hold_time: float = quantity("s", 0.01, 10, "in which the brake that holds is applied", default=1.0)
+    release_time: float = quantity("s", 0.01, 10, "in which it is released, once the clutch bites", default=0.3)
     gear_preview: float = quantity("s", 0, 5, "how far ahead the gear of the plan is taken", default=0.2)
     feed_forward: int = count(0, 1, "1: the torque of the plan is fed forward", default=1)
 
@@ -72,9 +94,12 @@ class PedalDriverParameters(Record):
     engine: TorqueEngine = nested(TorqueEngine, "the engine, whose full load and drag the throttle parts")
     gearbox: AutomatedGearbox = nested(AutomatedGearbox, "the gears there are")
     plan: PlanTable = nested(PlanTable, "the plan")
+    stop_lines: StopLines = nested(StopLines, "the stop lines")
     shift_map: ShiftMap = nested(ShiftMap, "the shift map")
     launch_speed: float = quantity("rad/s", 20, 500, "lowest speed of the engine in gear", default=100.0)
     brake_limit: float = quantity("N*m", 0, 1e5, "highest torque of the brake")
+    slowing_torque: float = quantity("N*m", 0, 1e6, "torque of the brake per m/s^2 that it slows the vehicle down by")
+    hold_torque: float = quantity("N*m", 0, 1e5, "torque of the brake at a standstill")
     gears: int = count(1, GEARS, "number of gears", default=1)
 
 
@@ -85,6 +110,10 @@ class PedalDriverState(Record):
     elapsed: float = quantity("s", 0, 1e6, "time in the gear")
     integral: float = quantity("1", -1, 1, "integral part of the throttle")
     throttle: float = quantity("1", 0, 1, "last throttle")
+    passed: int = count(0, STOP_LINES, "stop lines that are left behind")
+    stopping: int = count(0, 1, "1: the driver brakes for the next stop line, or stands at it")
+    stood: float = quantity("s", 0, 1e6, "time for which the vehicle has been standing at it")
+    holding: float = quantity("N*m", 0, 1e5, "torque of the brake as it is applied to hold, and released")
 
 
 class PedalDriverMeasurement(Record):
@@ -137,9 +166,9 @@ def choose_gear(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMea
     s.elapsed = min(s.elapsed + dt, 1e6)
     gear = to_index(m.gear + 0.5, 0, GEARS)
     if p.calibration.mode == PLAN:
-        ahead = m.distance + p.calibration.gear_preview * m.vehicle_speed
+        ahead = way_off_line(p.stop_lines, s.passed, m.distance) + p.calibration.gear_preview * m.vehicle_speed
         planned = to_index(planned_gear(p.plan, ahead) + 0.5, 0, GEARS)
-        s.gear = min(planned, p.gears) if planned > 0 else s.gear
+        s.gear = min(planned, p.gears) if planned > 0 and s.stopping == 0 else s.gear
     elif gear != s.gear:
         s.elapsed = 0.0
     elif gear > 0 and s.elapsed >= p.calibration.shift_pause:
@@ -150,15 +179,21 @@ def choose_gear(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMea
 
 
 @kernel
-def speed_to_follow(p: PedalDriverParameters, m: PedalDriverMeasurement) -> float:
-    """Return the speed to follow, m/s: the target's, or the plan's here."""
-    return planned_speed(p.plan, m.distance) if p.calibration.mode != TARGET else clamp(m.speed_target, 0.0, 100.0)
+def speed_to_follow(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement) -> float:
+    """Return the speed to follow, m/s: the target's, or the plan's here within what stop lines allow."""
+    speed = clamp(m.speed_target, 0.0, 100.0)
+    if p.calibration.mode != TARGET:
+        planned = planned_speed(p.plan, way_off_line(p.stop_lines, s.passed, m.distance))
+        speed = min(planned, math.sqrt(lined_square(p.stop_lines, s.passed, m.distance)))
+    return speed
 
 
 @kernel
-def share_ahead(p: PedalDriverParameters, m: PedalDriverMeasurement, drag: float, span: float) -> float:
+def share_ahead(
+    p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, drag: float, span: float
+) -> float:
     """Return the throttle of the plan, as far ahead as the engine lags; below 0 where the plan brakes."""
-    ahead = m.distance + p.engine.lag * m.vehicle_speed
+    ahead = way_off_line(p.stop_lines, s.passed, m.distance) + p.engine.lag * m.vehicle_speed
     return clamp((planned_torque(p.plan, ahead) - drag) / span, -1.0, 1.0)
 
 
@@ -174,7 +209,7 @@ def follow(
     limit = p.calibration.throttle_limit
     ahead = 0.0
     if p.calibration.mode == PLAN and p.calibration.feed_forward == 1:
-        ahead = share_ahead(p, m, drag, span)
+        ahead = share_ahead(p, s, m, drag, span)
         limit = 1.0
     wish = ahead + p.calibration.throttle_gain * error + s.integral
     full = wish >= limit and error > 0.0
@@ -185,28 +220,67 @@ def follow(
     c.throttle = s.throttle
     c.engine_torque_wanted = clamp(drag + s.throttle * span, -500.0, 5000.0)
     beyond = max(-wish - p.calibration.brake_rest, 0.0)
-    c.brake_torque_command = min(p.calibration.brake_gain * beyond, p.brake_limit)
+    if m.vehicle_speed >= p.calibration.standstill_speed or engine_speed >= BITE * p.launch_speed:
+        s.holding = max(s.holding - p.hold_torque / p.calibration.release_time * dt, 0.0)
+    c.brake_torque_command = min(max(p.slowing_torque * p.calibration.brake_gain * beyond, s.holding), p.brake_limit)
 
 
 @kernel
-def hold(p: PedalDriverParameters, s: PedalDriverState, c: PedalDriverCommand) -> None:
+def hold(p: PedalDriverParameters, s: PedalDriverState, c: PedalDriverCommand, dt: float) -> None:
     """Write the commands that hold the vehicle."""
     s.throttle = 0.0
     s.integral = 0.0
     s.gear = 1
     c.throttle = 0.0
     c.engine_torque_wanted = 0.0
-    c.brake_torque_command = min(p.calibration.hold_torque, p.brake_limit)
+    s.holding = min(s.holding + p.hold_torque / p.calibration.hold_time * dt, p.hold_torque)
+    c.brake_torque_command = s.holding
+
+
+@kernel
+def watch_line(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, dt: float) -> None:
+    """Decide whether to brake for the next stop line; leave it behind where the vehicle has stood there long enough."""
+    standing = m.vehicle_speed < p.calibration.standstill_speed
+    slowing = slowing_ahead(p.stop_lines, s.passed)
+    if standing and way_to_line(p.stop_lines, s.passed, m.distance) > REACH:
+        s.stopping = 0
+    elif braking_to_line(p.stop_lines, s.passed, m.distance, m.vehicle_speed) >= ONSET * slowing:
+        s.stopping = 1
+    if s.stopping == 1 and standing:
+        s.stood = min(s.stood + dt, 1e6)
+        if s.stood >= p.stop_lines.dwell:
+            s.passed = min(s.passed + 1, STOP_LINES)
+            s.stopping = 0
+            s.stood = 0.0
+
+
+@kernel
+def stop_at_line(
+    p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, c: PedalDriverCommand
+) -> None:
+    """Write the commands that bring the vehicle to a stand at the next line."""
+    s.throttle = 0.0
+    s.integral = 0.0
+    c.throttle = 0.0
+    c.engine_torque_wanted = 0.0
+    rate = braking_to_line(p.stop_lines, s.passed, m.distance, m.vehicle_speed)
+    c.brake_torque_command = min(p.slowing_torque * rate, p.brake_limit)
+    s.holding = c.brake_torque_command
 
 
 @kernel
 def drive(
     p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, c: PedalDriverCommand, dt: float
 ) -> None:
-    """Write the commands: drive, or hold the vehicle where it is to stand."""
-    c.speed_wanted = speed_to_follow(p, m)
-    if c.speed_wanted < STANDING_SPEED and m.vehicle_speed < p.calibration.standstill_speed:
-        hold(p, s, c)
+    """Write the commands: drive, stop at a line, or hold the vehicle where it is to stand."""
+    if p.calibration.mode != TARGET and slowing_ahead(p.stop_lines, s.passed) > 0.0:
+        watch_line(p, s, m, dt)
+    c.speed_wanted = speed_to_follow(p, s, m)
+    stands = m.vehicle_speed < p.calibration.standstill_speed
+    if stands and (c.speed_wanted < STANDING_SPEED or s.stopping == 1):
+        hold(p, s, c, dt)
+    elif s.stopping == 1:
+        stop_at_line(p, s, m, c)
     else:
         follow(p, s, m, c, dt)
     c.gear_wanted = float(s.gear)
@@ -219,6 +293,10 @@ def init(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasuremen
     s.elapsed = 0.0
     s.integral = 0.0
     s.throttle = 0.0
+    s.passed = 0
+    s.stopping = 0
+    s.stood = 0.0
+    s.holding = 0.0
     drive(p, s, m, c, 0.0)
 
 
@@ -236,9 +314,9 @@ def step(
 
 
 def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
-    """Return the parameters for a vehicle (blocks engine, gearbox, clutch, brake), one record per calibration.
+    """Return the parameters for a vehicle (blocks engine, gearbox, clutch, brake, vehicle), one record per calibration.
 
-    The plan and the shift map are empty: `with_plan` and `with_shift_map` give them.
+    Plan, stop lines and shift map are empty: `with_plan` and `with_shift_map` give them.
     """
     parameters = PedalDriverParameters.zeros(len(calibration))
     parameters["calibration"] = calibration
@@ -247,15 +325,26 @@ def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
     parameters["plan"]["spacing"] = PlanTable.fields["spacing"].default
     parameters["launch_speed"] = vehicle["clutch"]["launch_speed"]
     parameters["brake_limit"] = vehicle["brake"]["torque_limit"]
+    body = vehicle["vehicle"]
+    parameters["slowing_torque"] = body["mass"] * body["wheel_radius"]
+    hold_torque = calibration["hold_rate"] * parameters["slowing_torque"]
+    parameters["hold_torque"] = np.minimum(hold_torque, parameters["brake_limit"])
     parameters["shift_map"]["gears"] = 1
     parameters["gears"] = int(np.argmin(np.append(vehicle["gearbox"]["ratios"][0], 0.0) > 0.0))
     return parameters
 
 
-def with_plan(parameters: RecordArray, plan: RecordArray, mode: int = PLAN) -> RecordArray:
-    """Return the parameters of a driver who follows a plan, made by `plan_parameters`; SPEEDS: its speeds alone."""
+def with_plan(
+    parameters: RecordArray, plan: RecordArray, mode: int = PLAN, lines: RecordArray | None = None
+) -> RecordArray:
+    """Return the parameters of a driver who follows a plan, made by `plan_parameters`; SPEEDS: its speeds alone.
+
+    Args:
+        lines: where to stop, made by `stop_lines`; None: nowhere.
+    """
     changed = parameters.copy()
     changed["plan"] = plan
+    changed["stop_lines"] = StopLines.zeros() if lines is None else lines
     changed["calibration"]["mode"] = mode
     return changed
 

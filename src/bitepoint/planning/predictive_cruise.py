@@ -38,6 +38,7 @@ class Cruise:
         set_speed: m/s, also at both ends; band: to either side, m/s.
         minimum_acceleration: m/s^2.
         horizon: of a window, m; advance: distance after which the next window is planned, m.
+        dwell: at each stop line, s.
     """
 
     set_speed: float
@@ -45,6 +46,7 @@ class Cruise:
     minimum_acceleration: float = -1.0
     horizon: float = 2000.0
     advance: float = 100.0
+    dwell: float = 0.0
 
     def __post_init__(self) -> None:
         if not 0.0 < self.band < self.set_speed:
@@ -92,7 +94,9 @@ def cruise_planner(
         model: one record `LongitudinalModel`.
     """
     v, band = cruise.set_speed, cruise.band
-    journey = Journey(road, v, (v, v), v + band, v - band, minimum_acceleration=cruise.minimum_acceleration)
+    journey = Journey(
+        road, v, (v, v), v + band, v - band, minimum_acceleration=cruise.minimum_acceleration, dwell=cruise.dwell
+    )
     return SpeedPlanner(model, journey, limits, grid)
 
 
@@ -101,7 +105,9 @@ def set_speed_cruise(
 ) -> SpeedPlan:
     """Return the plan that holds the set speed: below only where torque does not do, never above, brakes downhill."""
     v = cruise.set_speed
-    journey = Journey(road, v, (v, v), v, v - HELD_BAND, minimum_acceleration=cruise.minimum_acceleration)
+    journey = Journey(
+        road, v, (v, v), v, v - HELD_BAND, minimum_acceleration=cruise.minimum_acceleration, dwell=cruise.dwell
+    )
     return SpeedPlanner(model, journey, limits, grid).plan(HOLDING * max(set_speed_price(model, v), 1e-5))
 
 
@@ -157,7 +163,7 @@ class RecedingCruise:
         low = min(v - band, speed)
         journey = Journey(
             road_window(self.road, position, end), speed, (v, v) if last else (low, v + band), max(v + band, speed),
-            low, gear, self.cruise.minimum_acceleration, end_value=0.0 if last else self.worth,
+            low, gear, self.cruise.minimum_acceleration, self.cruise.dwell, end_value=0.0 if last else self.worth,
         )  # fmt: skip
         return SpeedPlanner(self.model, journey, self.limits, self.grid).plan(self.time_price)
 
@@ -204,7 +210,7 @@ class RecedingCruise:
         if rest <= self.cruise.horizon:
             return len(plan.distance) - 1
         far = plan.distance >= self.cruise.advance - 1e-6
-        return int(np.argmax(far & ~np.concatenate(([False], plan.shifting[:-1]))))
+        return int(np.argmax(far & (plan.speed > 0.0) & ~np.concatenate(([False], plan.shifting[:-1]))))
 
 
 def road_window(road: Route, start: float, end: float) -> Route:

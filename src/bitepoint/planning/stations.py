@@ -54,7 +54,9 @@ class Journey:
             )  # fmt: skip
         if self.minimum_acceleration < 0.0 or not len(self.road.stops):
             return
-        raise InputError("plan", "a vehicle that may not slow down cannot stop", "expected no stop lines")
+        raise InputError(
+            "plan", "a vehicle that may not slow down cannot stop", "expected no stop lines, or less than 0 m/s^2"
+        )
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,7 @@ def place_stations(journey: Journey, spacing: float, halvings: int = 0) -> Stati
     pieces = [_stages(a, b, spacing, (a in slow, b in slow), halvings) for a, b in pairwise(marks)]
     distance = np.append(np.concatenate(pieces), marks[-1])
     stops = np.isin(distance, stop_lines)
+    stops[0] = False
     low, high = _bands(journey, distance, stops, _limits(s, limit, distance))
     rise = rise_along(s, road.grade, distance)
     return Stations(distance, low, high, stops, np.diff(rise) / np.diff(distance))
