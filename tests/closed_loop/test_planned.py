@@ -183,6 +183,7 @@ def test_stop_lines_are_kept(
         assert [way for way, _ in stood] == pytest.approx(stops, abs=1.0)
         assert all(2.4 < time < 5.5 for _, time in stood)
     assert value(result, "fuel_saving_equal_time") > 0.05
+    assert value(result, "saving_realised") > 0.9
 
 
 def test_lines_that_cannot_be_kept_are_refused(tmp_path: Path, refused: Refused) -> None:

@@ -6,6 +6,7 @@ stands the baseline, the same driver who chases the speed at the end, or the set
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -110,14 +111,17 @@ class PlannedDrive:
         """
         kept = np.append(np.diff(plan.distance) > 0.0, True)
         distance, speed = plan.distance[kept], plan.speed[kept]
-        table = plan_parameters(distance, speed, plan.gear[kept].astype(float), plan.engine_torque[kept])
+        gear, torque = plan.gear[kept].astype(float), plan.engine_torque[kept]
+        brake = plan.brake_force[kept] * self.model["vehicle"]["wheel_radius"][0]
+        table = plan_parameters(distance, speed, gear, torque, brake)
         at = self.stops
         rates = [_rates(distance, speed, line, np.append(0.0, at), np.append(at, self.length)) for line in at]
         slowing, leaving = np.array(rates).reshape(-1, 2).T
         spacing = float(table["spacing"][0])
-        for line in at:
-            row, beyond = int(line / spacing), int(np.searchsorted(distance, line + 1e-6) - 1)
-            table["gear"][0, row], table["torque"][0, row] = plan.gear[kept][beyond], plan.engine_torque[kept][beyond]
+        for line in at.tolist():
+            row, beyond = math.floor(line / spacing), int(np.count_nonzero(distance <= line + 1e-6)) - 1
+            for name, values in (("gear", gear), ("torque", torque), ("brake", brake)):
+                table[name][0, row] = values[beyond]
         return _driven_to(parts, table, pedal_driver.PLAN, stop_lines(at, slowing, leaving, self.dwell, ROAD))
 
     def chasing(self, parts: Sequence[Part]) -> list[Part]:
@@ -242,7 +246,7 @@ def _launch(task: np.void, model: RecordArray, vehicle: RecordArray, route: Rout
         length,
         float(task["minimum_acceleration"]),
         start_gear=int(vehicle["gearbox"]["gear"][0]),
-        dwell=float(task["dwell"]),
+        dwell=float(task["dwell"] + task["start_time"]),
     )
     grid = replace(LAUNCH_GRID, spacing=max(LAUNCH_GRID.spacing, length / MOST_STAGES))
     planner = launch_planner(model, launch, road=route, limits=_limits(task, vehicle), grid=grid)
@@ -259,7 +263,7 @@ def _cruise(task: np.void, model: RecordArray, vehicle: RecordArray, route: Rout
         float(task["minimum_acceleration"]),
         float(task["horizon"]),
         float(task["advance"]),
-        float(task["dwell"]),
+        float(task["dwell"] + task["start_time"]),
     )
     limits = _limits(task, vehicle)
     held = set_speed_cruise(model, route, cruise, limits=limits)

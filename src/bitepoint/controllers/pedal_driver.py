@@ -9,14 +9,14 @@ a schedule they follow a shift map over throttle and speed.
 
 speeds: the same with v* from a plan over distance.
 
-plan: v*, gear and torque come from a plan over distance. Its torque is fed forward, ahead by the lag of the engine, and
-u corrects it, likewise its gear, ahead by half a shift.
+plan: v*, gear and torques come from a plan over distance. They are fed forward, ahead by the lag of the engine, and u
+corrects them, likewise its gear, ahead by half a shift.
 
 The integral rests while the throttle is at a limit that the error asks to pass, and while the gearbox shifts. At a
 standstill that is wanted the brake holds.
 
 Stop lines are kept in the modes speeds and plan: where v^2 / 2 over the way to the line reaches the deceleration that
-is told for it, the driver brakes with what that ratio is from then on, which ends at the line; stands; and leaves.
+is told for it, the driver brakes with that, corrected by the error of the speed; stands; and leaves.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from typing import Any
 import numpy as np
 
 from bitepoint.controllers.controller import Controller
-from bitepoint.controllers.plan_table import PlanTable, planned_gear, planned_speed, planned_torque
+from bitepoint.controllers.plan_table import PlanTable, planned_brake, planned_gear, planned_speed, planned_torque
 from bitepoint.controllers.stop_lines import (
     REACH,
     STOP_LINES,
     StopLines,
-    braking_to_line,
     lined_square,
     slowing_ahead,
+    slowing_to_line,
     way_off_line,
     way_to_line,
 )
@@ -58,6 +58,16 @@ BITE = 0.9
 
 ONSET = 0.95
 """Share of the deceleration told for a stop line at which the driver begins to brake for it."""
+
+SLOWING_GAIN, SLOWING_INTEGRAL = 2.0, 1.0
+"""Deceleration towards a line per error of the speed, 1/s, and its rate, 1/s^2: what slows down beside the brake is met
+in a second, without an overshoot."""
+
+SOFT_RATE, SOFT_GAIN = 0.3, 2.0
+"""Highest deceleration at a line, m/s^2, and how it grows with the speed, 1/s: a stop without a jolt."""
+
+STOPPED = 0.1
+"""Speed below which a vehicle that stops at a line is held, m/s."""
 
 LEAST_SPAN = 1.0
 """Least torque from drag to full load, N m: an engine that stands has none."""
@@ -112,6 +122,7 @@ class PedalDriverState(Record):
     throttle: float = quantity("1", 0, 1, "last throttle")
     passed: int = count(0, STOP_LINES, "stop lines that are left behind")
     stopping: int = count(0, 1, "1: the driver brakes for the next stop line, or stands at it")
+    slowing_more: float = quantity("m/s^2", -20, 20, "deceleration towards the line beyond the one told for it")
     stood: float = quantity("s", 0, 1e6, "time for which the vehicle has been standing at it")
     holding: float = quantity("N*m", 0, 1e5, "torque of the brake as it is applied to hold, and released")
 
@@ -208,21 +219,24 @@ def follow(
     error = clamp(c.speed_wanted - m.vehicle_speed, -150.0, 150.0)
     limit = p.calibration.throttle_limit
     ahead = 0.0
+    brake = 0.0
     if p.calibration.mode == PLAN and p.calibration.feed_forward == 1:
         ahead = share_ahead(p, s, m, drag, span)
+        brake = planned_brake(p.plan, way_off_line(p.stop_lines, s.passed, m.distance))
         limit = 1.0
+    rest = 0.0 if brake > 0.0 else p.calibration.brake_rest
     wish = ahead + p.calibration.throttle_gain * error + s.integral
     full = wish >= limit and error > 0.0
-    none = wish <= -p.calibration.brake_rest and error < 0.0
+    none = wish <= -rest and error < 0.0
     if m.gear > 0.5 and not full and not none:
         s.integral = clamp(s.integral + p.calibration.integral_gain * error * dt, -1.0, 1.0)
-    s.throttle = clamp(wish, 0.0, limit)
+    brake = max(brake - p.slowing_torque * p.calibration.brake_gain * (wish + rest), 0.0)
+    s.throttle = clamp(wish, 0.0, limit) if brake == 0.0 else 0.0
     c.throttle = s.throttle
     c.engine_torque_wanted = clamp(drag + s.throttle * span, -500.0, 5000.0)
-    beyond = max(-wish - p.calibration.brake_rest, 0.0)
     if m.vehicle_speed >= p.calibration.standstill_speed or engine_speed >= BITE * p.launch_speed:
         s.holding = max(s.holding - p.hold_torque / p.calibration.release_time * dt, 0.0)
-    c.brake_torque_command = min(max(p.slowing_torque * p.calibration.brake_gain * beyond, s.holding), p.brake_limit)
+    c.brake_torque_command = min(max(brake, s.holding), p.brake_limit)
 
 
 @kernel
@@ -240,11 +254,13 @@ def hold(p: PedalDriverParameters, s: PedalDriverState, c: PedalDriverCommand, d
 @kernel
 def watch_line(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, dt: float) -> None:
     """Decide whether to brake for the next stop line; leave it behind where the vehicle has stood there long enough."""
-    standing = m.vehicle_speed < p.calibration.standstill_speed
+    standing = m.vehicle_speed < STOPPED
     slowing = slowing_ahead(p.stop_lines, s.passed)
+    if s.stopping == 0:
+        s.slowing_more = 0.0
     if standing and way_to_line(p.stop_lines, s.passed, m.distance) > REACH:
         s.stopping = 0
-    elif braking_to_line(p.stop_lines, s.passed, m.distance, m.vehicle_speed) >= ONSET * slowing:
+    elif slowing_to_line(p.stop_lines, s.passed, m.distance, m.vehicle_speed) >= ONSET * slowing:
         s.stopping = 1
     if s.stopping == 1 and standing:
         s.stood = min(s.stood + dt, 1e6)
@@ -256,16 +272,22 @@ def watch_line(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeas
 
 @kernel
 def stop_at_line(
-    p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, c: PedalDriverCommand
+    p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, c: PedalDriverCommand, dt: float
 ) -> None:
-    """Write the commands that bring the vehicle to a stand at the next line."""
+    """Write the commands that bring the vehicle to a stand at the next line; leave it where no brake is needed."""
     s.throttle = 0.0
     s.integral = 0.0
     c.throttle = 0.0
     c.engine_torque_wanted = 0.0
-    rate = braking_to_line(p.stop_lines, s.passed, m.distance, m.vehicle_speed)
+    error = clamp(m.vehicle_speed - math.sqrt(lined_square(p.stop_lines, s.passed, m.distance)), -150.0, 150.0)
+    slowing = slowing_ahead(p.stop_lines, s.passed)
+    s.slowing_more = clamp(s.slowing_more + SLOWING_INTEGRAL * error * dt, -slowing, slowing)
+    soft = SOFT_RATE + SOFT_GAIN * clamp(m.vehicle_speed, 0.0, 150.0)
+    rate = clamp(slowing + s.slowing_more + SLOWING_GAIN * error, 0.0, soft)
     c.brake_torque_command = min(p.slowing_torque * rate, p.brake_limit)
     s.holding = c.brake_torque_command
+    if rate == 0.0:
+        s.stopping = 0
 
 
 @kernel
@@ -276,11 +298,11 @@ def drive(
     if p.calibration.mode != TARGET and slowing_ahead(p.stop_lines, s.passed) > 0.0:
         watch_line(p, s, m, dt)
     c.speed_wanted = speed_to_follow(p, s, m)
-    stands = m.vehicle_speed < p.calibration.standstill_speed
-    if stands and (c.speed_wanted < STANDING_SPEED or s.stopping == 1):
+    stands = m.vehicle_speed < p.calibration.standstill_speed and c.speed_wanted < STANDING_SPEED
+    if (s.stopping == 1 and m.vehicle_speed < STOPPED) or (s.stopping == 0 and stands):
         hold(p, s, c, dt)
     elif s.stopping == 1:
-        stop_at_line(p, s, m, c)
+        stop_at_line(p, s, m, c, dt)
     else:
         follow(p, s, m, c, dt)
     c.gear_wanted = float(s.gear)
@@ -295,6 +317,7 @@ def init(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasuremen
     s.throttle = 0.0
     s.passed = 0
     s.stopping = 0
+    s.slowing_more = 0.0
     s.stood = 0.0
     s.holding = 0.0
     drive(p, s, m, c, 0.0)

@@ -1,7 +1,7 @@
 """Stop lines along a way, as a controller holds them: where to stand, how long, and how hard to slow down and leave.
 
-Towards the next line v^2 stays below 2 slowing d, where d is the way that is left; off the last one below 2 leaving d,
-and CREEP is always allowed. Between two lines both hold.
+Towards the next line v^2 stays below 2 slowing d, where d is the way that is left; off the last one below 2 leaving
+(d + LEAD). Between two lines both hold.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ STOP_LINES = 32
 REACH = 1.0
 """How far from a line a vehicle may stand, m."""
 
-CREEP = 0.5
-"""Speed that is allowed as soon as the line is left, m/s."""
+LEAD = 0.1
+"""Way by which a vehicle that leaves a line is ahead of what its acceleration allows, m: else it would not begin."""
 
 ANY_SPEED = 1e4
 """v^2 where no line limits it, m^2/s^2."""
@@ -32,35 +32,40 @@ HARDEST = 100.0
 
 
 class StopLines(Record):
-    """Lines at which the vehicle has to stand, in the order in which they are passed."""
+    """Lines at which the vehicle has to stand, in the order in which they are passed; behind the last there is none."""
 
     dwell: float = quantity("s", 0, 3600, "how long it stands at each", default=0.0)
-    at: FloatArray = quantity("m", 0, 1e6, "way to the line", shape=(32,), padded=True, default=0.0)
+    at: FloatArray = quantity("m", 0, 1e6, "way to the line", shape=(33,), padded=True, default=0.0)
     slowing: FloatArray = quantity(
         "m/s^2",
         0,
         HARDEST,
         "deceleration with which it is approached; 0: no line",
-        shape=(32,),
+        shape=(33,),
         padded=True,
         default=0.0,
     )
     leaving: FloatArray = quantity(
-        "m/s^2", 0, HARDEST, "acceleration with which it is left", shape=(32,), padded=True, default=0.0
+        "m/s^2",
+        0,
+        HARDEST,
+        "acceleration with which it is left; the highest: any",
+        shape=(33,),
+        padded=True,
+        default=0.0,
     )
 
 
 @kernel
 def slowing_ahead(t: StopLines, passed: int) -> float:
     """Return the deceleration, m/s^2, with which the next line is approached; 0 where there is none."""
-    k = max(min(passed, STOP_LINES - 1), 0)
-    return t.slowing[k] if passed < STOP_LINES else 0.0
+    return t.slowing[max(min(passed, STOP_LINES), 0)]
 
 
 @kernel
 def way_to_line(t: StopLines, passed: int, distance: float) -> float:
     """Return how far the next line is, m, where there is one."""
-    return t.at[max(min(passed, STOP_LINES - 1), 0)] - distance
+    return t.at[max(min(passed, STOP_LINES), 0)] - distance
 
 
 @kernel
@@ -76,7 +81,7 @@ def lined_square(t: StopLines, passed: int, distance: float) -> float:
     highest = ANY_SPEED
     before = max(min(passed, STOP_LINES), 1) - 1
     if passed > 0:
-        highest = max(2.0 * t.leaving[before] * (distance - t.at[before]), CREEP**2)
+        highest = 2.0 * t.leaving[before] * (max(distance - t.at[before], 0.0) + LEAD)
     slowing = slowing_ahead(t, passed)
     if slowing > 0.0:
         highest = min(highest, max(2.0 * slowing * way_to_line(t, passed, distance), 0.0))
@@ -84,8 +89,8 @@ def lined_square(t: StopLines, passed: int, distance: float) -> float:
 
 
 @kernel
-def braking_to_line(t: StopLines, passed: int, distance: float, speed: float) -> float:
-    """Return the deceleration, m/s^2, that ends at the next line, where there is one."""
+def slowing_to_line(t: StopLines, passed: int, distance: float, speed: float) -> float:
+    """Return the constant deceleration, m/s^2, that ends at the next line, where there is one."""
     way = max(way_to_line(t, passed, distance), 0.1 * REACH)
     return clamp(0.5 * speed * speed / way, 0.0, HARDEST)
 

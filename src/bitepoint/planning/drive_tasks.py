@@ -20,6 +20,7 @@ class LaunchTask(Record):
     )
     shift_price: float = quantity("kg", 0, 0.1, "fuel that a shift is worth beyond what it takes", default=0.0)
     dwell: float = quantity("s", 0, 600, "how long the vehicle stands at each stop line of the road", default=2.0)
+    start_time: float = quantity("s", 0, 10, "from then until brake and clutch let it move", default=1.0)
 
 
 class CruiseTask(Record):
@@ -33,6 +34,7 @@ class CruiseTask(Record):
     )
     shift_price: float = quantity("kg", 0, 0.1, "fuel that a shift is worth beyond what it takes", default=0.0)
     dwell: float = quantity("s", 0, 600, "how long the vehicle stands at each stop line of the road", default=2.0)
+    start_time: float = quantity("s", 0, 10, "from then until brake and clutch let it move", default=1.0)
     receding: int = count(0, 1, "1: planned in windows that move with the vehicle; 0: the whole road", default=0)
     horizon: float = quantity("m", 200, 20_000, "length of a window", default=2000.0)
     advance: float = quantity("m", 20, 5000, "after which the next window is planned", default=100.0)
