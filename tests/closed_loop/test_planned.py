@@ -134,7 +134,7 @@ def test_a_road_from_a_file_is_driven(tmp_path: Path) -> None:
     assert result.recording["road_grade"] == pytest.approx(grade, abs=1e-4)
 
 
-def test_limits_of_the_road_hold_for_the_plan_and_for_the_baseline(tmp_path: Path, refused: Refused) -> None:
+def test_limits_of_the_road_hold_for_the_plan_and_for_the_baseline(tmp_path: Path) -> None:
     road = tmp_path / "road.csv"
     limits = [f"{s},0,{50 if 1000 <= s < 2000 else 90}" for s in range(0, 3001, 20)]
     road.write_text("distance_m,grade,speed_limit_kmh\n" + "\n".join(limits) + "\n")
@@ -144,10 +144,53 @@ def test_limits_of_the_road_hold_for_the_plan_and_for_the_baseline(tmp_path: Pat
         assert speed[(way > 1000.0 + late) & (way < 2000.0)].max() < 52.0
         assert speed[way < 900.0].max() > 73.0
     assert value(result, "fuel_saving_equal_time") > 0.0
-    road.write_text("distance_m,grade,stop\n0,0,0\n500,0,1\n1000,0,0\n")
-    refused(
-        lambda: bitepoint.run("predictive-cruise", {"road": str(road)}), "1 stop lines", "leave the column stop out"
-    )
+
+
+def road_with_stops(path: Path, length: float, stops: list[float], grade: float = 0.0) -> str:
+    """Write a road with stop lines; return its name."""
+    places = sorted({0.0, length, *stops})
+    path.write_text("distance_m,grade,stop\n" + "".join(f"{s},{grade},{int(s in stops)}\n" for s in places))
+    return str(path)
+
+
+def stands(recording: Recording) -> list[tuple[float, float]]:
+    """Return where the vehicle stands, m, and for how long, s."""
+    still = np.abs(recording["vehicle_speed"]) < 0.05
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], still.astype(int), [0]))))
+    time, way = np.append(recording.time, recording.time[-1]), recording["distance"]
+    return [(float(way[a]), float(time[b] - time[a])) for a, b in edges.reshape(-1, 2)]
+
+
+@pytest.mark.parametrize(
+    ("scenario", "length", "stops", "grade", "settings"),
+    [
+        ("predictive-cruise", 2000.0, [703.0, 1301.0], 0.0, {"cruise.minimum_acceleration": "-1.5 m/s^2"}),
+        ("predictive-cruise", 2000.0, [703.0, 1301.0], -0.04, {"cruise.receding": "1"}),
+        ("eco-launch", 400.0, [151.0], 0.03, {"planner.minimum_acceleration": "-2 m/s^2"}),
+    ],
+)
+def test_stop_lines_are_kept(
+    tmp_path: Path, scenario: str, length: float, stops: list[float], grade: float, settings: dict[str, str]
+) -> None:
+    """By the plan and by the baseline: within a metre of each line, for as long as was asked."""
+    kind = "planner" if scenario == "eco-launch" else "cruise"
+    road = road_with_stops(tmp_path / "road.csv", length, stops, grade)
+    result = bitepoint.run(scenario, {"road": road, f"{kind}.dwell": "3 s", **settings})
+    assert result.status == "arrived"
+    assert {"baseline"} <= set(result.compared)
+    for recording in (result.recording, *result.compared.values()):
+        stood = stands(recording)
+        assert [way for way, _ in stood] == pytest.approx(stops, abs=1.0)
+        assert all(2.4 < time < 5.5 for _, time in stood)
+    assert value(result, "fuel_saving_equal_time") > 0.05
+    assert value(result, "saving_realised") > 0.9
+
+
+def test_lines_that_cannot_be_kept_are_refused(tmp_path: Path, refused: Refused) -> None:
+    many = road_with_stops(tmp_path / "many.csv", 4000.0, [100.0 * k for k in range(1, 34)])
+    refused(lambda: bitepoint.run("predictive-cruise", {"road": many}), "33 stop lines", "expected up to 32")
+    one = road_with_stops(tmp_path / "one.csv", 300.0, [150.0])
+    refused(lambda: bitepoint.run("eco-launch", {"road": one}), "may not slow down", "less than 0 m/s^2")
 
 
 def test_a_planned_drive_writes_the_drives_beside_it(tmp_path: Path) -> None:

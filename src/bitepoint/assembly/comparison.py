@@ -5,7 +5,8 @@ Fuel is compared where the way ends, between two rows of a recording, and correc
     corrected = fuel - worth * (E - E_target) + price * (T - T_baseline)
 
 E is the kinetic energy, worth the fuel that a joule of it takes at the end speed, price that of time of the plan of
-equal time. The plan is made for the time in which the plant, which is a little slower than a plan, meets the baseline.
+equal time. The plan is made for the time in which the plant, which is a little slower than a plan, meets the baseline;
+where the cheapest plan of all is faster than the baseline, it stands for those of equal time, none of which is cheaper.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bitepoint.assembly.planned import PlannedDrive, follow
+from bitepoint.assembly.planned import PlannedDrive
 from bitepoint.kernels import Life
 from bitepoint.metrics import Metric, Metrics
 from bitepoint.models.longitudinal import driving_force
@@ -148,12 +149,13 @@ class Comparer:
         for _ in range(TURNS):
             timed = self.planned.planner.plan_at_time(time - late)
             plan, price = timed.plan, timed.price
-            drive = self.drive(follow(self.parts, plan)) if plan.optimal else None
+            drive = self.drive(self.planned.followed(self.parts, plan)) if plan.optimal else None
             if drive is None or abs(drive.time - time) <= TIME_MISSED * time:
                 break
             late += drive.time - time
         met = drive is not None and abs(drive.time - time) <= MOST_TIME_MISSED * time
-        return plan, price, drive if met else None
+        faster = drive is not None and price == 0.0 and drive.time < time  # the cheapest plan of all, and yet faster
+        return plan, price, drive if met or faster else None
 
     def _savings(self, plan: SpeedPlan, price: float, equal: Drive, baseline: Drive) -> dict[str, float | None]:
         reference = self.corrected(baseline)

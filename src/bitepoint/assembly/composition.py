@@ -15,10 +15,8 @@ from bitepoint.assembly.planned import (
     DRIVER,
     ROAD,
     PlannedDrive,
-    follow,
     planned_drive,
     scheduled,
-    within_limits,
 )
 from bitepoint.assembly.profiles import LOGS, given_profiles
 from bitepoint.assembly.report_wishes import ReportWishes, report_wishes
@@ -110,10 +108,10 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
     before = [_supervisor_part(each, nominal, manoeuvre, chosen) for each in supervisors]
     main = _controller_part(controller, _designed(controller, nominal, calibration, chosen))
     parts = [*before, *beside, main]
-    baseline = [] if planned is None else within_limits(parts, planned.route, planned.target)
+    baseline = [] if planned is None else planned.chasing(parts)
     system = System(
         plant=_plant_part(plant, parameters, float(timing["tick"][0])),
-        controllers=parts if planned is None else follow(parts, planned.plan),
+        controllers=parts if planned is None else planned.followed(parts, planned.plan),
         profiles=[*profiles, *constant],
         rules=rules,
         imperfections=_imperfections(plant, controllers, chosen),

@@ -6,6 +6,7 @@ stands the baseline, the same driver who chases the speed at the end, or the set
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -14,10 +15,11 @@ import numpy as np
 from bitepoint.assembly.settings import SET, Settings
 from bitepoint.controllers import pedal_driver
 from bitepoint.controllers.plan_table import PLAN_POINTS, plan_parameters
+from bitepoint.controllers.stop_lines import HARDEST, stop_lines
 from bitepoint.errors import InputError
 from bitepoint.models.fuel_model import FuelModel
 from bitepoint.models.longitudinal import LongitudinalModel
-from bitepoint.models.plan import SpeedPlan
+from bitepoint.models.plan import Floats, SpeedPlan
 from bitepoint.models.route import Route
 from bitepoint.parts.road_profile import grade_profile
 from bitepoint.planning.drive_tasks import LONGEST_LAUNCH, CruiseTask, LaunchTask
@@ -61,7 +63,7 @@ class PlannedDrive:
         model: what was planned with; planner: makes further plans.
         plan: what is driven; price: of time, kg/s, that it was made at.
         length: m; target: speed that the baseline chases, and that both are to have at the end, m/s.
-        route: None: flat.
+        dwell: time at each stop line, s; route: None: flat.
     """
 
     kind: str
@@ -72,6 +74,7 @@ class PlannedDrive:
     price: float
     length: float
     target: float
+    dwell: float
     route: Route | None
 
     def prepare(self, parameters: RecordArray) -> None:
@@ -86,6 +89,11 @@ class PlannedDrive:
         return replace(profile, time=np.zeros(1), values=np.full(1, self.target))
 
     @property
+    def stops(self) -> Floats:
+        """Where the vehicle has to stand, m: stop lines, less one at the start."""
+        return np.zeros(0) if self.route is None else self.route.stops[self.route.stops > 0.0]
+
+    @property
     def arrival(self) -> StopRule:
         """The rule that ends the drive."""
         return StopRule("arrived", f"{self.length:g} m are driven", "distance", True, self.length, 0.0)
@@ -95,31 +103,47 @@ class PlannedDrive:
         """Time after which the drive is given up, s."""
         return MOST_DURATION * max(self.plan.total_time, self.length / self.target)
 
+    def followed(self, parts: Sequence[Part], plan: SpeedPlan) -> list[Part]:
+        """Return the parts with a driver who follows a plan and stops where it does.
 
-def follow(parts: Sequence[Part], plan: SpeedPlan) -> list[Part]:
-    """Return the parts with a driver who follows a plan; a shift that takes no time is no point of its own."""
-    kept = np.append(np.diff(plan.distance) > 0.0, True)
-    columns = (plan.distance, plan.speed, plan.gear.astype(float), plan.engine_torque)
-    table = plan_parameters(*(each[kept] for each in columns))
-    return _driven_to(parts, table, pedal_driver.PLAN)
+        A shift that takes no time is no point of its own. Gear and torque next to a stop line are those beyond it: the
+        driver comes to it by what is told of it.
+        """
+        kept = np.append(np.diff(plan.distance) > 0.0, True)
+        distance, speed = plan.distance[kept], plan.speed[kept]
+        gear, torque = plan.gear[kept].astype(float), plan.engine_torque[kept]
+        brake = plan.brake_force[kept] * self.model["vehicle"]["wheel_radius"][0]
+        table = plan_parameters(distance, speed, gear, torque, brake)
+        at = self.stops
+        rates = [_rates(distance, speed, line, np.append(0.0, at), np.append(at, self.length)) for line in at]
+        slowing, leaving = np.array(rates).reshape(-1, 2).T
+        spacing = float(table["spacing"][0])
+        for line in at.tolist():
+            row, beyond = math.floor(line / spacing), int(np.count_nonzero(distance <= line + 1e-6)) - 1
+            for name, values in (("gear", gear), ("torque", torque), ("brake", brake)):
+                table[name][0, row] = values[beyond]
+        return _driven_to(parts, table, pedal_driver.PLAN, stop_lines(at, slowing, leaving, self.dwell, ROAD))
+
+    def chasing(self, parts: Sequence[Part]) -> list[Part]:
+        """Return the parts with the driver of the baseline, who chases the target, and brakes for limits and lines."""
+        route, target = self.route, self.target
+        if route is None or not (route.stops.size or (route.speed_limit < target).any()):
+            return list(parts)
+        edges = np.linspace(0.0, route.length, PLAN_POINTS)
+        limit = np.append(route.cells(edges)[1], route.speed_limit[-1])
+        squared = np.minimum(np.minimum(limit, np.append(np.inf, limit[:-1])), target) ** 2
+        room = 2.0 * SLOWING_DOWN * edges
+        squared = np.minimum(squared, np.minimum.accumulate((squared + room)[::-1])[::-1] - room)
+        nothing, at = np.zeros(PLAN_POINTS), self.stops
+        lines = stop_lines(at, np.full(at.size, SLOWING_DOWN), np.full(at.size, HARDEST), self.dwell, ROAD)
+        return _driven_to(parts, plan_parameters(edges, np.sqrt(squared), nothing, nothing), pedal_driver.SPEEDS, lines)
 
 
-def within_limits(parts: Sequence[Part], route: Route | None, target: float) -> list[Part]:
-    """Return the parts with a driver who chases a speed (m/s) within the limits of a road, and brakes ahead of them."""
-    if route is None or not (route.speed_limit < target).any():
-        return list(parts)
-    edges = np.linspace(0.0, route.length, PLAN_POINTS)
-    limit = np.append(route.cells(edges)[1], route.speed_limit[-1])
-    squared = np.minimum(np.minimum(limit, np.append(np.inf, limit[:-1])), target) ** 2
-    room = 2.0 * SLOWING_DOWN * edges
-    squared = np.minimum(squared, np.minimum.accumulate((squared + room)[::-1])[::-1] - room)
-    nothing = np.zeros(PLAN_POINTS)
-    return _driven_to(parts, plan_parameters(edges, np.sqrt(squared), nothing, nothing), pedal_driver.SPEEDS)
-
-
-def _driven_to(parts: Sequence[Part], table: RecordArray, mode: int) -> list[Part]:
+def _driven_to(parts: Sequence[Part], table: RecordArray, mode: int, lines: RecordArray | None = None) -> list[Part]:
     return [
-        replace(part, parameters=pedal_driver.with_plan(part.parameters, table, mode)) if part.name == DRIVER else part
+        replace(part, parameters=pedal_driver.with_plan(part.parameters, table, mode, lines))
+        if part.name == DRIVER
+        else part
         for part in parts
     ]
 
@@ -162,7 +186,22 @@ def planned_drive(scenario: Scenario, settings: Settings, vehicle: RecordArray) 
     planner, plan, price, length, target = plan_it(task[0], model, vehicle, route)
     if not plan.optimal:
         raise InputError(kind, plan.reason, "expected other speeds, a longer way or another road")
-    return PlannedDrive(kind, baseline, model, planner, plan, price, length, target, route)
+    return PlannedDrive(kind, baseline, model, planner, plan, price, length, target, float(task[0]["dwell"]), route)
+
+
+def _rates(distance: Floats, speed: Floats, line: float, before: Floats, after: Floats) -> tuple[float, float]:
+    """Return the least deceleration and acceleration, m/s^2, with which a plan can be driven to and off a line.
+
+    Args:
+        distance, speed: of the plan, m and m/s; before, after: where the ways to lines begin, and those off them end.
+    """
+    since, until = before[before < line].max(), after[after > line].min(initial=distance[-1])
+    off = np.abs(distance - line)
+    square = speed**2
+    near = off > 1e-6
+    to, from_ = near & (distance >= since) & (distance < line), near & (distance > line) & (distance <= until)
+    rates = [float(np.max(0.5 * square[part] / off[part], initial=0.0)) for part in (to, from_)]
+    return min(rates[0], HARDEST), min(rates[1], HARDEST)
 
 
 def _fuelled(file: str, model: RecordArray) -> RecordArray:
@@ -177,9 +216,9 @@ def _fuelled(file: str, model: RecordArray) -> RecordArray:
 def _route(scenario: Scenario, settings: Settings) -> Route | None:
     name = settings.choices.get(ROAD, scenario.route)
     route = load_route(str(name)) if name else None
-    if route is not None and route.stops.size:
-        problem = f"{route.stops.size} stop lines, which a plan can have, and its driver cannot keep yet"
-        raise InputError(str(name), problem, "leave the column stop out")
+    if route is not None:  # refuse what no driver can keep before anything is planned
+        nothing = np.zeros(route.stops.size)
+        stop_lines(route.stops, nothing, nothing, 0.0, str(name))
     return route
 
 
@@ -207,6 +246,7 @@ def _launch(task: np.void, model: RecordArray, vehicle: RecordArray, route: Rout
         length,
         float(task["minimum_acceleration"]),
         start_gear=int(vehicle["gearbox"]["gear"][0]),
+        dwell=float(task["dwell"] + task["start_time"]),
     )
     grid = replace(LAUNCH_GRID, spacing=max(LAUNCH_GRID.spacing, length / MOST_STAGES))
     planner = launch_planner(model, launch, road=route, limits=_limits(task, vehicle), grid=grid)
@@ -223,6 +263,7 @@ def _cruise(task: np.void, model: RecordArray, vehicle: RecordArray, route: Rout
         float(task["minimum_acceleration"]),
         float(task["horizon"]),
         float(task["advance"]),
+        float(task["dwell"] + task["start_time"]),
     )
     limits = _limits(task, vehicle)
     held = set_speed_cruise(model, route, cruise, limits=limits)

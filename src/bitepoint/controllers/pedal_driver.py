@@ -9,15 +9,19 @@ a schedule they follow a shift map over throttle and speed.
 
 speeds: the same with v* from a plan over distance.
 
-plan: v*, gear and torque come from a plan over distance. Its torque is fed forward, ahead by the lag of the engine, and
-u corrects it, likewise its gear, ahead by half a shift.
+plan: v*, gear and torques come from a plan over distance. They are fed forward, ahead by the lag of the engine, and u
+corrects them, likewise its gear, ahead by half a shift.
 
 The integral rests while the throttle is at a limit that the error asks to pass, and while the gearbox shifts. At a
 standstill that is wanted the brake holds.
+
+Stop lines are kept in the modes speeds and plan: where v^2 / 2 over the way to the line reaches the deceleration that
+is told for it, the driver brakes with that, corrected by the error of the speed; stands; and leaves.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cache
 from typing import Any
@@ -25,7 +29,17 @@ from typing import Any
 import numpy as np
 
 from bitepoint.controllers.controller import Controller
-from bitepoint.controllers.plan_table import PlanTable, planned_gear, planned_speed, planned_torque
+from bitepoint.controllers.plan_table import PlanTable, planned_brake, planned_gear, planned_speed, planned_torque
+from bitepoint.controllers.stop_lines import (
+    REACH,
+    STOP_LINES,
+    StopLines,
+    lined_square,
+    slowing_ahead,
+    slowing_to_line,
+    way_off_line,
+    way_to_line,
+)
 from bitepoint.files import library_yaml
 from bitepoint.kernels import clamp, is_finite, kernel, to_index
 from bitepoint.models.shift_map import ShiftMap, mapped_gear
@@ -39,6 +53,22 @@ MODES = ("target", "plan", "speeds")
 STANDING_SPEED = 0.05
 """Speed to follow below which the driver wants to stand, m/s."""
 
+BITE = 0.9
+"""Speed of the engine, over that at which the clutch is launched, from which the brake at a standstill is released."""
+
+ONSET = 0.95
+"""Share of the deceleration told for a stop line at which the driver begins to brake for it."""
+
+SLOWING_GAIN, SLOWING_INTEGRAL = 2.0, 1.0
+"""Deceleration towards a line per error of the speed, 1/s, and its rate, 1/s^2: what slows down beside the brake is met
+in a second, without an overshoot."""
+
+SOFT_RATE, SOFT_GAIN = 0.3, 2.0
+"""Highest deceleration at a line, m/s^2, and how it grows with the speed, 1/s: a stop without a jolt."""
+
+STOPPED = 0.1
+"""Speed below which a vehicle that stops at a line is held, m/s."""
+
 LEAST_SPAN = 1.0
 """Least torque from drag to full load, N m: an engine that stands has none."""
 
@@ -51,8 +81,8 @@ class PedalDriverCalibration(Record):
     integral_gain: float = quantity("1/m", 0, 10, "rate of the throttle per error of the speed", default=0.036)
     throttle_limit: float = quantity("1", 0.01, 1, "most throttle", default=0.7)
     brake_rest: float = quantity("1", 0, 1, "how far the driver wants to be off the throttle to brake", default=0.1)
-    brake_gain: float = quantity("N*m", 0, 1e5, "torque of the brake per wish beyond that", default=2000.0)
-    hold_torque: float = quantity("N*m", 0, 1e5, "of the brake at a standstill", default=1000.0)
+    brake_gain: float = quantity("m/s^2", 0, 50, "deceleration by the brake per wish beyond that", default=4.3)
+    hold_rate: float = quantity("m/s^2", 0, 20, "deceleration that the brake at a standstill would give", default=2.2)
     standstill_speed: float = quantity("m/s", 0, 3, "below which the vehicle may be held", default=0.3)
     shift_up_low: float = quantity("rad/s", 50, 1500, "engine speed to shift up at no throttle", default=178.0)
     shift_up_high: float = quantity("rad/s", 50, 1500, "the same at full throttle, linear between", default=366.0)
@@ -61,6 +91,8 @@ class PedalDriverCalibration(Record):
     )
     schedule: int = count(0, 1, "1: gears follow the shift map; 0: the line of the engine speed", default=0)
     shift_pause: float = quantity("s", 0, 10, "shortest time in a gear", default=0.5)
+    hold_time: float = quantity("s", 0.01, 10, "in which the brake that holds is applied", default=1.0)
+    release_time: float = quantity("s", 0.01, 10, "in which it is released, once the clutch bites", default=0.3)
     gear_preview: float = quantity("s", 0, 5, "how far ahead the gear of the plan is taken", default=0.2)
     feed_forward: int = count(0, 1, "1: the torque of the plan is fed forward", default=1)
 
@@ -72,9 +104,12 @@ class PedalDriverParameters(Record):
     engine: TorqueEngine = nested(TorqueEngine, "the engine, whose full load and drag the throttle parts")
     gearbox: AutomatedGearbox = nested(AutomatedGearbox, "the gears there are")
     plan: PlanTable = nested(PlanTable, "the plan")
+    stop_lines: StopLines = nested(StopLines, "the stop lines")
     shift_map: ShiftMap = nested(ShiftMap, "the shift map")
     launch_speed: float = quantity("rad/s", 20, 500, "lowest speed of the engine in gear", default=100.0)
     brake_limit: float = quantity("N*m", 0, 1e5, "highest torque of the brake")
+    slowing_torque: float = quantity("N*m", 0, 1e6, "torque of the brake per m/s^2 that it slows the vehicle down by")
+    hold_torque: float = quantity("N*m", 0, 1e5, "torque of the brake at a standstill")
     gears: int = count(1, GEARS, "number of gears", default=1)
 
 
@@ -85,6 +120,11 @@ class PedalDriverState(Record):
     elapsed: float = quantity("s", 0, 1e6, "time in the gear")
     integral: float = quantity("1", -1, 1, "integral part of the throttle")
     throttle: float = quantity("1", 0, 1, "last throttle")
+    passed: int = count(0, STOP_LINES, "stop lines that are left behind")
+    stopping: int = count(0, 1, "1: the driver brakes for the next stop line, or stands at it")
+    slowing_more: float = quantity("m/s^2", -20, 20, "deceleration towards the line beyond the one told for it")
+    stood: float = quantity("s", 0, 1e6, "time for which the vehicle has been standing at it")
+    holding: float = quantity("N*m", 0, 1e5, "torque of the brake as it is applied to hold, and released")
 
 
 class PedalDriverMeasurement(Record):
@@ -137,9 +177,9 @@ def choose_gear(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMea
     s.elapsed = min(s.elapsed + dt, 1e6)
     gear = to_index(m.gear + 0.5, 0, GEARS)
     if p.calibration.mode == PLAN:
-        ahead = m.distance + p.calibration.gear_preview * m.vehicle_speed
+        ahead = way_off_line(p.stop_lines, s.passed, m.distance) + p.calibration.gear_preview * m.vehicle_speed
         planned = to_index(planned_gear(p.plan, ahead) + 0.5, 0, GEARS)
-        s.gear = min(planned, p.gears) if planned > 0 else s.gear
+        s.gear = min(planned, p.gears) if planned > 0 and s.stopping == 0 else s.gear
     elif gear != s.gear:
         s.elapsed = 0.0
     elif gear > 0 and s.elapsed >= p.calibration.shift_pause:
@@ -150,15 +190,21 @@ def choose_gear(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMea
 
 
 @kernel
-def speed_to_follow(p: PedalDriverParameters, m: PedalDriverMeasurement) -> float:
-    """Return the speed to follow, m/s: the target's, or the plan's here."""
-    return planned_speed(p.plan, m.distance) if p.calibration.mode != TARGET else clamp(m.speed_target, 0.0, 100.0)
+def speed_to_follow(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement) -> float:
+    """Return the speed to follow, m/s: the target's, or the plan's here within what stop lines allow."""
+    speed = clamp(m.speed_target, 0.0, 100.0)
+    if p.calibration.mode != TARGET:
+        planned = planned_speed(p.plan, way_off_line(p.stop_lines, s.passed, m.distance))
+        speed = min(planned, math.sqrt(lined_square(p.stop_lines, s.passed, m.distance)))
+    return speed
 
 
 @kernel
-def share_ahead(p: PedalDriverParameters, m: PedalDriverMeasurement, drag: float, span: float) -> float:
+def share_ahead(
+    p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, drag: float, span: float
+) -> float:
     """Return the throttle of the plan, as far ahead as the engine lags; below 0 where the plan brakes."""
-    ahead = m.distance + p.engine.lag * m.vehicle_speed
+    ahead = way_off_line(p.stop_lines, s.passed, m.distance) + p.engine.lag * m.vehicle_speed
     return clamp((planned_torque(p.plan, ahead) - drag) / span, -1.0, 1.0)
 
 
@@ -173,40 +219,90 @@ def follow(
     error = clamp(c.speed_wanted - m.vehicle_speed, -150.0, 150.0)
     limit = p.calibration.throttle_limit
     ahead = 0.0
+    brake = 0.0
     if p.calibration.mode == PLAN and p.calibration.feed_forward == 1:
-        ahead = share_ahead(p, m, drag, span)
+        ahead = share_ahead(p, s, m, drag, span)
+        brake = planned_brake(p.plan, way_off_line(p.stop_lines, s.passed, m.distance))
         limit = 1.0
+    rest = 0.0 if brake > 0.0 else p.calibration.brake_rest
     wish = ahead + p.calibration.throttle_gain * error + s.integral
     full = wish >= limit and error > 0.0
-    none = wish <= -p.calibration.brake_rest and error < 0.0
+    none = wish <= -rest and error < 0.0
     if m.gear > 0.5 and not full and not none:
         s.integral = clamp(s.integral + p.calibration.integral_gain * error * dt, -1.0, 1.0)
-    s.throttle = clamp(wish, 0.0, limit)
+    brake = max(brake - p.slowing_torque * p.calibration.brake_gain * (wish + rest), 0.0)
+    s.throttle = clamp(wish, 0.0, limit) if brake == 0.0 else 0.0
     c.throttle = s.throttle
     c.engine_torque_wanted = clamp(drag + s.throttle * span, -500.0, 5000.0)
-    beyond = max(-wish - p.calibration.brake_rest, 0.0)
-    c.brake_torque_command = min(p.calibration.brake_gain * beyond, p.brake_limit)
+    if m.vehicle_speed >= p.calibration.standstill_speed or engine_speed >= BITE * p.launch_speed:
+        s.holding = max(s.holding - p.hold_torque / p.calibration.release_time * dt, 0.0)
+    c.brake_torque_command = min(max(brake, s.holding), p.brake_limit)
 
 
 @kernel
-def hold(p: PedalDriverParameters, s: PedalDriverState, c: PedalDriverCommand) -> None:
+def hold(p: PedalDriverParameters, s: PedalDriverState, c: PedalDriverCommand, dt: float) -> None:
     """Write the commands that hold the vehicle."""
     s.throttle = 0.0
     s.integral = 0.0
     s.gear = 1
     c.throttle = 0.0
     c.engine_torque_wanted = 0.0
-    c.brake_torque_command = min(p.calibration.hold_torque, p.brake_limit)
+    s.holding = min(s.holding + p.hold_torque / p.calibration.hold_time * dt, p.hold_torque)
+    c.brake_torque_command = s.holding
+
+
+@kernel
+def watch_line(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, dt: float) -> None:
+    """Decide whether to brake for the next stop line; leave it behind where the vehicle has stood there long enough."""
+    standing = m.vehicle_speed < STOPPED
+    slowing = slowing_ahead(p.stop_lines, s.passed)
+    if s.stopping == 0:
+        s.slowing_more = 0.0
+    if standing and way_to_line(p.stop_lines, s.passed, m.distance) > REACH:
+        s.stopping = 0
+    elif slowing_to_line(p.stop_lines, s.passed, m.distance, m.vehicle_speed) >= ONSET * slowing:
+        s.stopping = 1
+    if s.stopping == 1 and standing:
+        s.stood = min(s.stood + dt, 1e6)
+        if s.stood >= p.stop_lines.dwell:
+            s.passed = min(s.passed + 1, STOP_LINES)
+            s.stopping = 0
+            s.stood = 0.0
+
+
+@kernel
+def stop_at_line(
+    p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, c: PedalDriverCommand, dt: float
+) -> None:
+    """Write the commands that bring the vehicle to a stand at the next line; leave it where no brake is needed."""
+    s.throttle = 0.0
+    s.integral = 0.0
+    c.throttle = 0.0
+    c.engine_torque_wanted = 0.0
+    error = clamp(m.vehicle_speed - math.sqrt(lined_square(p.stop_lines, s.passed, m.distance)), -150.0, 150.0)
+    slowing = slowing_ahead(p.stop_lines, s.passed)
+    s.slowing_more = clamp(s.slowing_more + SLOWING_INTEGRAL * error * dt, -slowing, slowing)
+    soft = SOFT_RATE + SOFT_GAIN * clamp(m.vehicle_speed, 0.0, 150.0)
+    rate = clamp(slowing + s.slowing_more + SLOWING_GAIN * error, 0.0, soft)
+    c.brake_torque_command = min(p.slowing_torque * rate, p.brake_limit)
+    s.holding = c.brake_torque_command
+    if rate == 0.0:
+        s.stopping = 0
 
 
 @kernel
 def drive(
     p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, c: PedalDriverCommand, dt: float
 ) -> None:
-    """Write the commands: drive, or hold the vehicle where it is to stand."""
-    c.speed_wanted = speed_to_follow(p, m)
-    if c.speed_wanted < STANDING_SPEED and m.vehicle_speed < p.calibration.standstill_speed:
-        hold(p, s, c)
+    """Write the commands: drive, stop at a line, or hold the vehicle where it is to stand."""
+    if p.calibration.mode != TARGET and slowing_ahead(p.stop_lines, s.passed) > 0.0:
+        watch_line(p, s, m, dt)
+    c.speed_wanted = speed_to_follow(p, s, m)
+    stands = m.vehicle_speed < p.calibration.standstill_speed and c.speed_wanted < STANDING_SPEED
+    if (s.stopping == 1 and m.vehicle_speed < STOPPED) or (s.stopping == 0 and stands):
+        hold(p, s, c, dt)
+    elif s.stopping == 1:
+        stop_at_line(p, s, m, c, dt)
     else:
         follow(p, s, m, c, dt)
     c.gear_wanted = float(s.gear)
@@ -219,6 +315,11 @@ def init(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasuremen
     s.elapsed = 0.0
     s.integral = 0.0
     s.throttle = 0.0
+    s.passed = 0
+    s.stopping = 0
+    s.slowing_more = 0.0
+    s.stood = 0.0
+    s.holding = 0.0
     drive(p, s, m, c, 0.0)
 
 
@@ -236,9 +337,9 @@ def step(
 
 
 def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
-    """Return the parameters for a vehicle (blocks engine, gearbox, clutch, brake), one record per calibration.
+    """Return the parameters for a vehicle (blocks engine, gearbox, clutch, brake, vehicle), one record per calibration.
 
-    The plan and the shift map are empty: `with_plan` and `with_shift_map` give them.
+    Plan, stop lines and shift map are empty: `with_plan` and `with_shift_map` give them.
     """
     parameters = PedalDriverParameters.zeros(len(calibration))
     parameters["calibration"] = calibration
@@ -247,15 +348,26 @@ def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
     parameters["plan"]["spacing"] = PlanTable.fields["spacing"].default
     parameters["launch_speed"] = vehicle["clutch"]["launch_speed"]
     parameters["brake_limit"] = vehicle["brake"]["torque_limit"]
+    body = vehicle["vehicle"]
+    parameters["slowing_torque"] = body["mass"] * body["wheel_radius"]
+    hold_torque = calibration["hold_rate"] * parameters["slowing_torque"]
+    parameters["hold_torque"] = np.minimum(hold_torque, parameters["brake_limit"])
     parameters["shift_map"]["gears"] = 1
     parameters["gears"] = int(np.argmin(np.append(vehicle["gearbox"]["ratios"][0], 0.0) > 0.0))
     return parameters
 
 
-def with_plan(parameters: RecordArray, plan: RecordArray, mode: int = PLAN) -> RecordArray:
-    """Return the parameters of a driver who follows a plan, made by `plan_parameters`; SPEEDS: its speeds alone."""
+def with_plan(
+    parameters: RecordArray, plan: RecordArray, mode: int = PLAN, lines: RecordArray | None = None
+) -> RecordArray:
+    """Return the parameters of a driver who follows a plan, made by `plan_parameters`; SPEEDS: its speeds alone.
+
+    Args:
+        lines: where to stop, made by `stop_lines`; None: nowhere.
+    """
     changed = parameters.copy()
     changed["plan"] = plan
+    changed["stop_lines"] = StopLines.zeros() if lines is None else lines
     changed["calibration"]["mode"] = mode
     return changed
 

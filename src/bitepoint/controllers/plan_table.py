@@ -20,8 +20,8 @@ PLAN_POINTS = 1024
 class PlanTable(Record):
     """A plan over distance, its points at a constant spacing from 0 m on.
 
-    Between two points the acceleration is constant, hence the speed squared is linear; gear and torque are those of the
-    point before. Beyond the last point the plan stays as it is there.
+    Between two points the acceleration is constant, hence the speed squared is linear; gear and torques are those of
+    the point before. Beyond the last point the plan stays as it is there.
     """
 
     points: int = count(0, PLAN_POINTS, "points in use; 0 or 1: no plan", default=0)
@@ -29,6 +29,9 @@ class PlanTable(Record):
     speed: FloatArray = quantity("m/s", 0, 100, "speed of the vehicle", shape=(1024,), padded=True, default=0.0)
     gear: FloatArray = quantity("1", 0, GEARS, "gear; 0 none", shape=(1024,), padded=True, default=0.0)
     torque: FloatArray = quantity("N*m", -500, 5000, "engine torque", shape=(1024,), padded=True, default=0.0)
+    brake: FloatArray = quantity(
+        "N*m", 0, 1e5, "torque of the brake, all wheels together", shape=(1024,), padded=True, default=0.0
+    )
 
 
 @kernel
@@ -59,25 +62,34 @@ def planned_torque(t: PlanTable, distance: float) -> float:
     return t.torque[plan_row(t, distance)]
 
 
+@kernel
+def planned_brake(t: PlanTable, distance: float) -> float:
+    """Return the torque of the brake, N m, at a distance (m)."""
+    return t.brake[plan_row(t, distance)]
+
+
 def plan_parameters(
     distance: Floats | Sequence[float],
     speed: Floats | Sequence[float],
     gear: Floats | Sequence[float],
     torque: Floats | Sequence[float],
+    brake: Floats | Sequence[float] | None = None,
 ) -> RecordArray:
     """Return a plan as a table, shape (1,): the constant spacing that its points have, or 1023 of equal length.
 
     Args:
         distance: m, from 0 on, increasing, shape (n,).
         speed: m/s at these points, shape (n,); its square is taken as linear between them.
-        gear, torque: gear and engine torque (N m) from each point to the next, shape (n,) or (n - 1,).
+        gear, torque, brake: gear, engine torque and that of the brake (N m) from each point to the next, shape (n,) or
+            (n - 1,); None: the brake is not used.
 
     Raises:
         InputError: lengths that do not fit, fewer than two points, distances that do not rise from 0, or values outside
             the range of the table.
     """
     s, v, g, t = (np.asarray(each, np.float64) for each in (distance, speed, gear, torque))
-    fits = s.ndim == 1 and s.shape == v.shape and {g.shape, t.shape} <= {s.shape, (s.size - 1,)}
+    b = np.zeros(s.shape) if brake is None else np.asarray(brake, np.float64)
+    fits = s.ndim == 1 and s.shape == v.shape and {g.shape, t.shape, b.shape} <= {s.shape, (s.size - 1,)}
     if not fits or s.size < 2 or s[0] != 0.0 or not (np.diff(s) > 0.0).all():
         mend = "expected as many distances, two at least, rising from 0 m, as speeds, gears and torques"
         raise InputError("plan", f"got {s.size} distances, {v.size} speeds, {g.size} gears, {t.size} torques", mend)
@@ -87,8 +99,8 @@ def plan_parameters(
         spacing = float(s[-1]) / (PLAN_POINTS - 1)
         at = np.linspace(0.0, float(s[-1]), PLAN_POINTS)
     held = np.searchsorted(s, at + 1e-6 * spacing, side="right") - 1
-    row = np.minimum(np.maximum(held, 0), min(g.size, t.size) - 1)
-    columns = {"speed": np.sqrt(np.interp(at, s, v**2)), "gear": g[row], "torque": t[row]}
+    row = np.minimum(np.maximum(held, 0), min(g.size, t.size, b.size) - 1)
+    columns = {"speed": np.sqrt(np.interp(at, s, v**2)), "gear": g[row], "torque": t[row], "brake": b[row]}
     table = PlanTable.zeros()
     table["points"], table["spacing"] = at.size, spacing
     for name, values in columns.items():

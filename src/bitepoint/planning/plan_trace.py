@@ -59,7 +59,7 @@ def _plan(task: RecordArray, answer: Answer, dwell: float, rows: Floats) -> Spee
     speed = np.append(rows[:, 1], rows[-1, 2])
     time, fuel = np.append(0.0, np.cumsum(rows[:, 3])), np.append(0.0, np.cumsum(rows[:, 4]))
     engine = task["model"]["engine"]
-    at_stop = np.interp(distance, answer.stations.distance, answer.stations.stops.astype(np.float64)) > 1.0 - 1e-9
+    at_stop = np.interp(distance, answer.stations.distance, answer.stations.stops.astype(np.float64)) > 1.0 - 1e-6
     waits = dwell * np.concatenate(([0.0], np.cumsum(at_stop[:-1])))
     idle = float(fuel_flow.run(engine, engine["idle_speed"][0], 0.0)[0])
     return SpeedPlan(

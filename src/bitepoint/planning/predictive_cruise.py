@@ -14,17 +14,24 @@ import numpy as np
 from bitepoint.errors import InputError
 from bitepoint.models.plan import Floats, SpeedPlan
 from bitepoint.models.route import Route
+from bitepoint.parts.torque_engine import fuel_flow
 from bitepoint.planning.speed_planner import Limits, SpeedPlanner, TimedPlan
 from bitepoint.planning.speed_program import Grid
-from bitepoint.planning.stations import Journey
+from bitepoint.planning.stations import SLOW, Journey
 from bitepoint.planning.steady import energy_value, set_speed_price
 from bitepoint.records import RecordArray
 
 CRUISE_GRID = Grid(spacing=50.0, steps=24, halvings=0, refinements=2)
 """Half of it moves the fuel by some 0.1 %."""
 
+STOPPING_GRID = Grid(spacing=50.0, steps=50, halvings=1, refinements=4, short=40.0)
+"""The same for a road with stop lines: within 1 % of what stages of 5 m and eight times the steps find."""
+
 HOLDING = 10.0
 """Price of time of a vehicle that holds its set speed, over the price at which that speed is worth driving."""
+
+ROOM_TO_STOP = 1.5
+"""Way before a line at which a window ends, over the shortest in which the vehicle stops."""
 
 HELD_BAND = 0.5
 """Speed by which it may fall behind where torque would do, as in a shift, m/s."""
@@ -38,6 +45,7 @@ class Cruise:
         set_speed: m/s, also at both ends; band: to either side, m/s.
         minimum_acceleration: m/s^2.
         horizon: of a window, m; advance: distance after which the next window is planned, m.
+        dwell: at each stop line, s.
     """
 
     set_speed: float
@@ -45,6 +53,7 @@ class Cruise:
     minimum_acceleration: float = -1.0
     horizon: float = 2000.0
     advance: float = 100.0
+    dwell: float = 0.0
 
     def __post_init__(self) -> None:
         if not 0.0 < self.band < self.set_speed:
@@ -83,30 +92,41 @@ def brake_work(plan: SpeedPlan) -> float:
     return float(np.sum(plan.brake_force[:-1] * np.diff(plan.distance)))
 
 
+def cruise_grid(road: Route) -> Grid:
+    """Return the grid that a road is searched on."""
+    return STOPPING_GRID if road.stops.size else CRUISE_GRID
+
+
 def cruise_planner(
-    model: RecordArray, road: Route, cruise: Cruise, *, limits: Limits | None = None, grid: Grid = CRUISE_GRID
+    model: RecordArray, road: Route, cruise: Cruise, *, limits: Limits | None = None, grid: Grid | None = None
 ) -> SpeedPlanner:
     """Return the planner of a whole road: its `plan`, `plan_at_time` and `pareto`.
 
     Args:
-        model: one record `LongitudinalModel`.
+        model: one record `LongitudinalModel`; grid: None: `cruise_grid`.
     """
     v, band = cruise.set_speed, cruise.band
-    journey = Journey(road, v, (v, v), v + band, v - band, minimum_acceleration=cruise.minimum_acceleration)
-    return SpeedPlanner(model, journey, limits, grid)
+    journey = Journey(
+        road, v, (v, v), v + band, v - band, minimum_acceleration=cruise.minimum_acceleration, dwell=cruise.dwell
+    )
+    return SpeedPlanner(model, journey, limits, grid or cruise_grid(road))
 
 
 def set_speed_cruise(
-    model: RecordArray, road: Route, cruise: Cruise, *, limits: Limits | None = None, grid: Grid = CRUISE_GRID
+    model: RecordArray, road: Route, cruise: Cruise, *, limits: Limits | None = None, grid: Grid | None = None
 ) -> SpeedPlan:
     """Return the plan that holds the set speed: below only where torque does not do, never above, brakes downhill."""
     v = cruise.set_speed
-    journey = Journey(road, v, (v, v), v, v - HELD_BAND, minimum_acceleration=cruise.minimum_acceleration)
-    return SpeedPlanner(model, journey, limits, grid).plan(HOLDING * max(set_speed_price(model, v), 1e-5))
+    journey = Journey(
+        road, v, (v, v), v, v - HELD_BAND, minimum_acceleration=cruise.minimum_acceleration, dwell=cruise.dwell
+    )
+    return SpeedPlanner(model, journey, limits, grid or cruise_grid(road)).plan(
+        HOLDING * max(set_speed_price(model, v), 1e-5)
+    )
 
 
 def compare_cruise(
-    model: RecordArray, road: Route, cruise: Cruise, *, limits: Limits | None = None, grid: Grid = CRUISE_GRID
+    model: RecordArray, road: Route, cruise: Cruise, *, limits: Limits | None = None, grid: Grid | None = None
 ) -> CruiseComparison:
     """Return predictive cruise beside the held set speed at equal time.
 
@@ -143,41 +163,56 @@ class RecedingCruise:
         *,
         time_price: float | None = None,
         limits: Limits | None = None,
-        grid: Grid = CRUISE_GRID,
+        grid: Grid | None = None,
     ) -> None:
         self.model, self.road, self.cruise, self.limits, self.grid = model, road, cruise, limits, grid
         self.time_price = set_speed_price(model, cruise.set_speed) if time_price is None else time_price
         self.worth = energy_value(model, cruise.set_speed)
+        engine = model["engine"]
+        self.idle = float(fuel_flow.run(engine, engine["idle_speed"][0], 0.0)[0])
 
     def plan(self, position: float, speed: float, gear: int | None) -> SpeedPlan:
         """Return the plan of the window that begins at `position` (m) with `speed` (m/s) in a gear, None: any."""
-        v, band, length = self.cruise.set_speed, self.cruise.band, float(self.road.distance[-1])
-        end = min(position + self.cruise.horizon, length)
-        last = end >= length
+        v, band = self.cruise.set_speed, self.cruise.band
+        end, speeds = self.end(position)
+        ahead = road_window(self.road, position, end)
+        last = speeds is not None
         low = min(v - band, speed)
         journey = Journey(
-            road_window(self.road, position, end), speed, (v, v) if last else (low, v + band), max(v + band, speed),
-            low, gear, self.cruise.minimum_acceleration, end_value=0.0 if last else self.worth,
+            ahead, speed, speeds or (low, v + band), max(v + band, speed), low, gear, self.cruise.minimum_acceleration,
+            end_value=0.0 if last else self.worth,
         )  # fmt: skip
-        return SpeedPlanner(self.model, journey, self.limits, self.grid).plan(self.time_price)
+        grid = STOPPING_GRID if min(speed, journey.end_speed[1]) < SLOW else CRUISE_GRID
+        return SpeedPlanner(self.model, journey, self.limits, self.grid or grid).plan(self.time_price)
+
+    def end(self, position: float) -> tuple[float, tuple[float, float] | None]:
+        """Return where the window ends that begins at `position`, m, and the speeds that are given there, m/s.
+
+        It ends at the first stop line or at the end of the road where that is within the horizon, or too near beyond
+        for a vehicle to be free in its speed there; what is before a line has nothing to do with what is after it.
+        """
+        v, length, lines = self.cruise.set_speed, self.road.length, self.road.stops[self.road.stops > position + 1e-6]
+        far = position + self.cruise.horizon
+        if lines.size:
+            braking = 0.5 * (v + self.cruise.band) ** 2 / max(-self.cruise.minimum_acceleration, 1e-3)
+            if lines[0] <= far + ROOM_TO_STOP * braking:
+                return float(lines[0]), (0.0, 0.0)
+        return (length, (v, v)) if far >= length else (far, None)
 
     def windows(self) -> Iterator[Window]:
         """Yield the windows along the road, each from where the plan before it has led."""
         position, speed, gear = float(self.road.distance[0]), self.cruise.set_speed, None
-        end = float(self.road.distance[-1])
+        end = self.road.length
         while position < end - 1e-6:
             plan = self.plan(position, speed, gear)
             if not plan.optimal:
                 raise InputError(
                     "cruise", f"at {position:.0f} m: {plan.reason}", "expected a road that the vehicle climbs"
                 )
-            cut = self._cut(plan, end - position)
+            cut = self._cut(plan, self.end(position)[1] is not None)
             yield Window(position, _until(plan, cut))
-            position, speed, gear = (
-                position + float(plan.distance[cut]),
-                float(plan.speed[cut]),
-                int(plan.gear[cut - 1]),
-            )
+            position, speed = position + float(plan.distance[cut]), float(plan.speed[cut])
+            gear = int(plan.gear[cut - 1]) if speed > 0.0 else None
 
     def drive(self) -> SpeedPlan:
         """Return what the windows drive, one after the other.
@@ -189,6 +224,8 @@ class RecedingCruise:
         for window in self.windows():
             before = parts[-1] if parts else None
             time, fuel = (before.time[-1], before.fuel[-1]) if before else (0.0, 0.0)
+            if before is not None and before.speed[-1] == 0.0:
+                time, fuel = time + self.cruise.dwell, fuel + self.cruise.dwell * self.idle
             plan = window.plan
             moved = {"distance": plan.distance + window.position, "time": plan.time + time, "fuel": plan.fuel + fuel}
             parts.append(replace(plan, **moved))
@@ -199,9 +236,13 @@ class RecedingCruise:
                 joined[name] = np.concatenate(columns)
         return replace(parts[-1], reason=f"{len(parts)} windows", cost=np.nan, cost_to_go=None, **joined)
 
-    def _cut(self, plan: SpeedPlan, rest: float) -> int:
-        """Return the first point at which the next window may begin: a station, the advance or more from here."""
-        if rest <= self.cruise.horizon:
+    def _cut(self, plan: SpeedPlan, last: bool) -> int:
+        """Return the first point at which the next window may begin: a station, the advance or more from here.
+
+        Args:
+            last: the plan leads to a line or to the end of the road, and is driven to its end.
+        """
+        if last:
             return len(plan.distance) - 1
         far = plan.distance >= self.cruise.advance - 1e-6
         return int(np.argmax(far & ~np.concatenate(([False], plan.shifting[:-1]))))

@@ -28,6 +28,9 @@ FIRST_PRICE = 1e-3
 MOST_PRICES = 12
 """Most prices that are tried for a time, with any gears, and again with those of the plans on either side of it."""
 
+LEAST_REFINEMENTS = 4
+"""Least refinements of the steps with gears that are given; so many of them are searched again at each price."""
+
 MOST_GEARS = 3
 """Sequences of gears, of the plans next to a time, that are tried for it."""
 
@@ -118,6 +121,7 @@ class SpeedPlanner:
     ) -> None:
         self.task, self.journey = speed_task(model, limits or Limits()), journey
         self.program = SpeedProgram(self.task, journey, grid or Grid())
+        self._tried: dict[float, tuple[SpeedPlan, Answer]] = {}
         gears, start = int(self.task["gears"][0]), journey.start_gear
         if start is not None and not 1 <= start <= gears:
             raise InputError("plan", f"start_gear: got {start}", f"expected a gear of 1..{gears}")
@@ -154,26 +158,31 @@ class SpeedPlanner:
         """
         if not 0.0 < total_time < math.inf:
             raise InputError("plan", f"total_time: got {total_time:g} s", "expected a number above 0")
-        tried: list[tuple[SpeedPlan, Answer]] = []
-
-        def any_gears(price: float) -> SpeedPlan:
-            plan, answer = self._solved(price)
-            if answer is not None:
-                tried.append((plan, answer))
-            return plan
-
-        slow = any_gears(0.0)
+        slow = self._any_gears(0.0)
         if not slow.optimal or slow.total_time <= total_time:
             return TimedPlan(slow, slow.total_fuel, slow.total_fuel, 0.0)
-        _search_price(any_gears, total_time, slow)
-        tight = max((plan for plan, _ in tried), key=lambda plan: plan.cost - plan.time_price * total_time)
+        known = [plan for plan, _ in self._tried.values()]
+        slow = min((plan for plan in known if plan.total_time > total_time), key=lambda plan: plan.total_time)
+        fast = [plan.time_price for plan in known if plan.total_time <= total_time]
+        _search_price(self._any_gears, total_time, slow, min(fast, default=4.0 * slow.time_price))
+        known = [plan for plan, _ in self._tried.values()]
+        tight = max(known, key=lambda plan: plan.cost - plan.time_price * total_time)
         bound, worth = tight.cost - tight.time_price * total_time, tight.time_price
-        tried.sort(key=lambda pair: abs(pair[0].total_time - total_time))
+        tried = sorted(self._tried.values(), key=lambda pair: abs(pair[0].total_time - total_time))
         by_gears = {pair[1].steps.gears_by_stage(8).tobytes(): pair for pair in reversed(tried)}
         near = sorted(by_gears.values(), key=lambda pair: abs(pair[0].total_time - total_time))
         plans = [self._with_gears(pair, total_time) for pair in near[:MOST_GEARS]]
         best = min(plans, key=lambda plan: _missed(plan, total_time, worth))
         return TimedPlan(best, best.total_fuel + worth * (best.total_time - total_time), bound, worth)
+
+    def _any_gears(self, price: float) -> SpeedPlan:
+        """Return the plan at a price, kg/s, which is made once."""
+        if price not in self._tried:
+            plan, answer = self._solved(price)
+            if answer is None:
+                return plan
+            self._tried[price] = plan, answer
+        return self._tried[price][0]
 
     def _solved(self, price: float) -> tuple[SpeedPlan, Answer | None]:
         begun = time.perf_counter()
@@ -193,7 +202,8 @@ class SpeedPlanner:
         answer = near[1]
         gears = answer.steps.gears_by_stage(int(self.task["gears"][0]))
         grid = self.program.grid
-        fineness = [grid.steps * 2 ** (grid.halvings + n) for n in range(grid.refinements + 3)]
+        finest = max(grid.refinements, LEAST_REFINEMENTS)
+        fineness = [grid.steps * 2 ** (grid.halvings + n) for n in range(finest - LEAST_REFINEMENTS, finest + 1)]
 
         def these_gears(price: float) -> SpeedPlan:
             nonlocal answer

@@ -45,6 +45,7 @@ class Grid:
         spacing: longest stage of the first sweep, m; steps: of v^2 from the lowest to the highest speed there.
         halvings: of the stages, each together with the steps; refinements: of the steps alone, after these.
         reach: nodes of a tube to either side of the last answer.
+        short: longest stage of the first sweep next to a place where the vehicle is slow, m.
     """
 
     spacing: float = 5.0
@@ -52,11 +53,12 @@ class Grid:
     halvings: int = 0
     refinements: int = 2
     reach: int = 6
+    short: float = 5.0
 
     @property
     def halved(self) -> Grid:
         """The grid with stages and steps of half the size, in all its sweeps."""
-        return replace(self, spacing=self.spacing / 2.0, steps=2 * self.steps)
+        return replace(self, spacing=self.spacing / 2.0, short=self.short / 2.0, steps=2 * self.steps)
 
 
 class Steps(NamedTuple):
@@ -115,7 +117,8 @@ class SpeedProgram:
     def stations(self, halvings: int) -> Stations:
         """Return the stations after some halvings of the stages."""
         if halvings not in self._places:
-            self._places[halvings] = self._eased(place_stations(self.journey, self.grid.spacing, halvings))
+            places = self._eased(place_stations(self.journey, self.grid.spacing, self.grid.short, halvings))
+            self._places[halvings] = replace(places, reach=self._reach(places))
         return self._places[halvings]
 
     def _eased(self, places: Stations) -> Stations:
@@ -170,7 +173,8 @@ class SpeedProgram:
         allowed = np.ones((count - 1, g), np.int64) if gears is None else gears
         road = np.column_stack((stations.length.round(9), stations.grade.round(12), self._least(stations)))
         flags = self._flags(stations, road, grids, allowed)
-        grids = np.column_stack((grids, self._reachable(stations, grids)))
+        node = (stations.reach - grids[:, 0]) / np.where(grids[:, 1] > 0.0, grids[:, 1], 1.0)
+        grids = np.column_stack((grids, np.clip(np.ceil(node) + 1.0, 1.0, grids[:, 2])))  # nodes that can be reached
         plan = Sweep.zeros()
         plan["stations"], plan["gears"], plan["width"] = count, g, width
         edge, reach = np.empty(g * width * (2 * width + g)), np.empty((4 * g + 1) * width, np.int64)
@@ -204,16 +208,15 @@ class SpeedProgram:
         standing = stations.stops | (stations.high == 0.0)
         return np.concatenate((np.column_stack((standing, same)).ravel(), allowed.ravel())).astype(np.int64)
 
-    def _reachable(self, stations: Stations, grids: Floats) -> Floats:
-        """Return how many nodes of each station, from the lowest on, the start can reach."""
+    def _reach(self, stations: Stations) -> Floats:
+        """Return the v^2, m^2/s^2, that the vehicle cannot exceed from the start on."""
         top = float(stations.high.max()) + 1e-9
         pull = np.maximum.accumulate(self._pull(np.linspace(0.0, top, REACH_POINTS + 1))[::-1])[::-1]
         most = stations.high.copy()
         for k, length in enumerate(stations.length):
             gain = pull[int(most[k] / top * REACH_POINTS)] - self._resistance(stations.grade[k], 0.0)
             most[k + 1] = min(most[k] + 2.0 * gain * length, most[k + 1])
-        node = (most - grids[:, 0]) / np.where(grids[:, 1] > 0.0, grids[:, 1], 1.0)
-        return np.clip(np.ceil(node) + 1.0, 1.0, grids[:, 2])
+        return most
 
     def _pull(self, squared: Floats) -> Floats:
         """Return what the engine in its best gear can accelerate the vehicle by at each v^2, m/s^2, losses left out."""

@@ -18,6 +18,9 @@ ROOM_TO_CHANGE = 0.2
 SLOW = 5.0
 """Speed below which a vehicle is slow at a place, m/s: there the stages are short."""
 
+GROWTH = 0.25
+"""Longest stage beyond, over the way to such a place."""
+
 FINER = (8, 4, 2, 2)
 """Pieces that the stages next to such a place are cut into, the nearest first."""
 
@@ -54,7 +57,9 @@ class Journey:
             )  # fmt: skip
         if self.minimum_acceleration < 0.0 or not len(self.road.stops):
             return
-        raise InputError("plan", "a vehicle that may not slow down cannot stop", "expected no stop lines")
+        raise InputError(
+            "plan", "a vehicle that may not slow down cannot stop", "expected no stop lines, or less than 0 m/s^2"
+        )
 
 
 @dataclass(frozen=True)
@@ -63,12 +68,14 @@ class Stations:
 
     Attributes:
         distance: m, shape (stations,); low, high: allowed v^2, m^2/s^2; stops: where the vehicle stands.
+        reach: v^2 that the vehicle cannot exceed from the start on, m^2/s^2.
         grade: mean over each stage, shape (stages,).
     """
 
     distance: Floats
     low: Floats
     high: Floats
+    reach: Floats
     stops: Flags
     grade: Floats
 
@@ -78,11 +85,13 @@ class Stations:
         return np.diff(self.distance)
 
 
-def place_stations(journey: Journey, spacing: float, halvings: int = 0) -> Stations:
+def place_stations(journey: Journey, spacing: float, short: float, halvings: int = 0) -> Stations:
     """Return the stations of a journey, at most `spacing` (m) apart, each stage then halved some times.
 
-    Stop lines and changes of the limit get a station; stages between two of these are equal, but for the first and last
-    ones at a place where the vehicle is slow: these are halved, and halved again, towards it.
+    `short` (m): longest stage next to a place where the vehicle is slow.
+
+    Stop lines and changes of the limit get a station; stages between two of these are equal, but for those near a place
+    where the vehicle is slow: they become shorter towards it, and the last ones are halved, and halved again.
     """
     road = journey.road
     s, limit, stop_lines = road.distance, road.speed_limit, road.stops
@@ -91,25 +100,37 @@ def place_stations(journey: Journey, spacing: float, halvings: int = 0) -> Stati
     slow = set(stop_lines)
     slow |= {0.0} if journey.start_speed < SLOW else set()
     slow |= {marks[-1]} if journey.end_speed[1] < SLOW else set()
-    pieces = [_stages(a, b, spacing, (a in slow, b in slow), halvings) for a, b in pairwise(marks)]
+    pieces = [_stages(a, b, spacing, short, (a in slow, b in slow), halvings) for a, b in pairwise(marks)]
     distance = np.append(np.concatenate(pieces), marks[-1])
     stops = np.isin(distance, stop_lines)
+    stops[0] = False
     low, high = _bands(journey, distance, stops, _limits(s, limit, distance))
     rise = rise_along(s, road.grade, distance)
-    return Stations(distance, low, high, stops, np.diff(rise) / np.diff(distance))
+    return Stations(distance, low, high, high, stops, np.diff(rise) / np.diff(distance))
 
 
-def _stages(a: float, b: float, spacing: float, slow: tuple[bool, bool], halvings: int) -> Floats:
+def _stages(a: float, b: float, spacing: float, short: float, slow: tuple[bool, bool], halvings: int) -> Floats:
     """Return the stations from a up to b, b left out; `slow`: whether the vehicle is, at a and at b."""
-    parts = np.full(max(int(np.ceil((b - a) / spacing - 1e-9)), 1), 2**halvings)
+    graded = [_graded(0.5 * (b - a) if all(slow) else b - a, spacing, short) if each else [0.0] for each in slow]
+    first, last = a + graded[0][-1], b - graded[1][-1]
+    uniform: Floats = np.linspace(first, last, max(int(np.ceil((last - first) / spacing - 1e-9)), 1) + 1)
+    edges = np.array([*(a + x for x in graded[0][:-1]), *uniform, *(b - x for x in graded[1][-2::-1])])
+    parts = np.full(len(edges) - 1, 2**halvings)
     for n, share in enumerate(FINER[: len(parts)]):
         for k in np.array((n, -1 - n))[list(slow)]:
             parts[k] = max(int(parts[k]), share * 2**halvings)
-    edges: Floats = np.linspace(a, b, len(parts) + 1)
     pieces: list[Floats] = [
         np.linspace(float(x), float(y), int(p) + 1)[:-1] for (x, y), p in zip(pairwise(edges), parts, strict=True)
     ]
     return np.concatenate(pieces)
+
+
+def _graded(length: float, spacing: float, short: float) -> list[float]:
+    """Return the edges of stages from a slow place on that are shorter than `spacing`, up to `length`, all in m."""
+    edges = [0.0]
+    while (size := max(short, GROWTH * edges[-1])) < spacing and edges[-1] + size < length:
+        edges.append(edges[-1] + size)
+    return edges
 
 
 def _limits(s: Floats, limit: Floats, distance: Floats) -> Floats:

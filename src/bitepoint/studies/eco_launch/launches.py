@@ -10,7 +10,6 @@ import numpy as np
 from bitepoint.api import run
 from bitepoint.assembly import Comparer, assemble
 from bitepoint.assembly.comparison import Drive
-from bitepoint.assembly.planned import follow
 from bitepoint.errors import InputError
 from bitepoint.metrics import Metrics
 from bitepoint.recording import Recording
@@ -99,7 +98,7 @@ def launches(baseline: str) -> Launches:
     late = cheapest.time - planned.plan.total_time
     timed = planned.planner.plan_at_time(wanted - late)
     comparer = Comparer(planned, assembly.system, assembly.baseline, 0, "compiled")
-    slower = arrived(comparer.drive(follow(assembly.baseline, timed.plan)))
+    slower = arrived(comparer.drive(comparer.planned.followed(assembly.baseline, timed.plan)))
     given_back = _given_back(equal, float(planned.model["engine"]["inertia"][0]))
     return Launches(result.metrics, driver, cheapest, same, slower, given_back)
 
