@@ -12,13 +12,15 @@ import pytest
 
 import bitepoint
 from bitepoint.identification.fuel.drives import REACH, joined, motion, vsp_outliers
+from bitepoint.identification.fuel.engine_map import read_points
 from bitepoint.identification.fuel.folds import folds_of
 from bitepoint.identification.fuel.logs import LogOptions, read_drives
 from bitepoint.identification.fuel.models import gear_rules, modelled
 from bitepoint.identification.fuel.polynomials import CORRECTIONS, PLAIN, POWER, fit_correction, fit_plain
 from bitepoint.identification.fuel.regression import clipped_least_squares
-from bitepoint.identification.fuel.steady import fit_willans, vehicle_for, willans_columns, with_steady
+from bitepoint.identification.fuel.steady import fit_willans, vehicle_for, willans_columns, with_points, with_steady
 from bitepoint.models.fuel_model import FuelModel, backward
+from bitepoint.numerics.tables import lookup_map
 from bitepoint.recording import Channel, Recording
 from tests.conftest import REPOSITORY, Command, Refused
 
@@ -179,6 +181,90 @@ def test_logged_engine_speed_and_torque_take_the_place_of_the_motion(tmp_path: P
     assert any("a steady map needs --vehicle" in warning for warning in unused.warnings)
 
 
+def island(speed: np.ndarray, torque: np.ndarray) -> np.ndarray:
+    """A steady fuel, kg/s, that is no Willans line: it has a place of best efficiency."""
+    off = ((speed - 230.0) / 200.0) ** 2 + ((torque - 140.0) / 120.0) ** 2
+    return 4e-5 + 4e-7 * speed + speed * torque / (0.40 * 42.67e6) * (1.0 + 0.25 * off)
+
+
+def points_file(path: Path, speed: np.ndarray, torque: np.ndarray, fuel: np.ndarray) -> Path:
+    rows = np.column_stack([speed * 30 / np.pi, torque, fuel * 1e3])
+    np.savetxt(path, rows, delimiter=",", header="speed_rpm,torque_nm,fuel_g_per_s", comments="")
+    return path
+
+
+def scattered(seed: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    return rng.uniform(80.0, 560.0, count), rng.uniform(5.0, 230.0, count)
+
+
+def test_a_measured_map_goes_through_its_points_and_between_them(tmp_path: Path) -> None:
+    speed, torque = scattered(0, 150)
+    noisy = island(speed, torque) * (1.0 + 0.005 * np.random.default_rng(1).standard_normal(150))
+    path = points_file(tmp_path / "map.csv", speed, torque, noisy)
+    car = vehicle_for(CAR)
+    bent = with_points(car, read_points(path), "map.csv")
+    line = with_steady(car, fit_willans(speed, torque, noisy))
+    turning, load = scattered(2, 300)
+
+    def missed(vehicle: np.ndarray) -> np.ndarray:
+        found = lookup_map.run(np.repeat(vehicle["engine"]["fuel"], 300), turning, load)
+        return (found / island(turning, load) - 1.0)[load > 20.0]
+
+    assert np.sqrt(np.mean(missed(bent) ** 2)) < 0.01
+    assert np.sqrt(np.mean(missed(line) ** 2)) > 0.04
+    flow = bent["engine"]["fuel"]["z"][0]
+    assert (np.diff(flow, axis=1) >= 0.0).all()
+
+
+def test_a_measured_map_takes_the_place_of_the_logs(tmp_path: Path) -> None:
+    car, rule = vehicle_for(CAR), gear_rules(logged=True)[0]
+    path = points_file(tmp_path / "map.csv", *scattered(0, 150), island(*scattered(0, 150)))
+    true = FuelModel(_nothing(), with_points(car, read_points(path), "map.csv"), rule)
+    drive = joined([recording(0)], 0.0)
+    flow = modelled(true, drive)
+    log = write(tmp_path / "a.csv", replace(recording(0), data=np.array([flow, recording(0)["vehicle_speed"]])))
+    found = bitepoint.identify_fuel(log, vehicle=CAR, engine_map=path, delays={"fuel_flow": 0.0})
+    steady = next(each for each in found.tried if each.kind == "steady")
+    assert steady.name.startswith("measured map")
+    assert steady.errors["train"].r2 > 0.999
+    assert found.model.about["engine_map"] == "map.csv"
+
+
+def test_a_map_through_logged_points_is_taken_where_it_is_better(tmp_path: Path) -> None:
+    car, rule = vehicle_for(CAR), gear_rules(logged=True)[0]
+    files: list[Path] = []
+    for n in range(2):
+        drive = joined([recording(n)], 0.0)
+        _, turning, torque = backward(car, rule, drive.speed, drive.acceleration, drive.grade)
+        torque = np.where(torque > 0.0, np.minimum(torque + 60.0 * (1 + np.sin(drive.time / 40.0)), 230.0), torque)
+        fuel = np.where(torque > 0.0, island(turning, torque), 0.0)
+        files.append(tmp_path / f"{n}.csv")
+        rows = np.column_stack([drive.time, fuel * 1e3, drive.speed * 3.6, turning * 30 / np.pi, torque])
+        header = "time_s,fuel_flow_g_per_s,vehicle_speed_kmh,engine_speed_rpm,engine_torque_nm"
+        np.savetxt(files[-1], rows, delimiter=",", header=header, comments="")
+    found = bitepoint.identify_fuel(files[0], validate=files[1], vehicle=CAR, delays={"fuel_flow": 0.0})
+    steady = next(each for each in found.tried if each.kind == "steady")
+    assert steady.name.startswith("map through logged points")
+    assert steady.errors["validation"].r2 > 0.98
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("speed_rpm,torque_nm\n1000,50\n", "no columns of fuel_flow"),
+        ("speed_rpm,torque_nm,fuel\n1000,50,0.5\n", "fuel_flow: 0.5 kg/s"),
+        ("speed_rpm,torque_nm,fuel_g_per_s\n1000,50,0.5\n", "1 points within"),
+        ("speed_kmh,torque_nm,fuel_g_per_s\n1000,50,0.5\n", "speed_kmh"),
+        ("speed_rpm,torque_nm,fuel_g_per_s\n" + "2000,50,0.5\n" * 20, "3 speeds and 3 torques"),
+    ],
+)
+def test_points_that_make_no_map_are_refused(tmp_path: Path, refused: Refused, text: str, said: str) -> None:
+    log, path = write(tmp_path / "a.csv", recording(0)), tmp_path / "map.csv"
+    path.write_text(text)
+    refused(lambda: bitepoint.identify_fuel(log, vehicle=CAR, engine_map=path), "map.csv", said)
+
+
 def test_a_marginal_efficiency_is_one_that_there_is() -> None:
     speed, torque = np.meshgrid(np.linspace(80, 400, 20), np.linspace(0, 200, 20))
     points = speed.ravel() * torque.ravel() / (0.8 * 42.67e6)
@@ -304,6 +390,8 @@ def test_what_cannot_be_used_is_refused_in_one_line(tmp_path: Path, refused: Ref
         (("--orders", "1,1,1"), "--orders: not an option of fuel"),
         (("--column", "slip=x"), "slip: unknown channel"),
         (("--vehicle", "nothing"), "nothing"),
+        (("--engine-map", "map.csv"), "--engine-map: no vehicle whose engine it is; add --vehicle"),
+        (("--vehicle", CAR, "--engine-map", "map.csv"), "map.csv"),
         (("--vehicle", "dct-t240"), "expected a vehicle of the plant conventional"),
     ],
 )

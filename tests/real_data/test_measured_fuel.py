@@ -5,10 +5,15 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import bitepoint
 from bitepoint.api import FuelIdentification
+from bitepoint.identification.fuel.engine_map import EnginePoints, read_points, smooth_map
+from bitepoint.identification.fuel.steady import fit_willans, willans_columns
+from bitepoint.numerics.tables import lookup_map
+from bitepoint.records import Map
 from tests.conftest import REPOSITORY, Command
 
 pytestmark = pytest.mark.real_data
@@ -63,3 +68,29 @@ def test_the_steady_engine_is_one_that_could_exist(found: FuelIdentification) ->
     assert 0.30 < efficiency.max() < 0.46
     idle = float(flow[0, 0])
     assert 5e-5 < idle < 2.5e-4
+
+
+@pytest.mark.parametrize(
+    ("engine", "most"),
+    [("saturn_1p9_dohc_gasoline", 0.03), ("vw_1p9_tdi_diesel", 0.045), ("heywood_6p5_di_diesel", 0.015)],
+)
+def test_a_map_through_two_thirds_of_its_points_meets_the_others(data_folder: Path, engine: str, most: float) -> None:
+    """Points of published engine maps below full load, rms over their mean fuel; a Willans line misses more."""
+    folder = data_folder / "engine_maps"
+    found = read_points(folder / f"{engine}_fuel_map.csv")
+    load = np.genfromtxt(folder / f"{engine}_full_load.csv", delimiter=",", skip_header=1)
+    below = found.torque <= 1.02 * np.interp(found.speed, load[:, 0] * np.pi / 30.0, load[:, 1])
+    left = below & (np.random.default_rng(0).random(found.speed.size) < 0.3)
+    some, others = (EnginePoints(found.speed[k], found.torque[k], found.fuel[k]) for k in (below & ~left, left))
+    speeds = np.linspace(found.speed[below].min(), found.speed[below].max(), 16)
+    torques = np.linspace(0.0, 1.1 * load[:, 1].max(), 16)
+    coefficients = fit_willans(some.speed, some.torque, some.fuel)
+    x, y = (each.ravel() for each in np.meshgrid(speeds, torques, indexing="ij"))
+    base = (willans_columns(x, y) @ coefficients).reshape(16, 16)
+    flow = np.maximum(smooth_map(some, speeds, torques, base), 0.0)
+    record = np.repeat(Map.through(speeds.tolist(), torques.tolist(), flow.tolist()), others.speed.size)
+    errors = lookup_map.run(record, others.speed, others.torque) - others.fuel
+    line = willans_columns(others.speed, others.torque) @ coefficients - others.fuel
+    mean = others.fuel.mean()
+    assert np.sqrt(np.mean(errors**2)) < most * mean
+    assert np.sqrt(np.mean(errors**2)) < 0.7 * np.sqrt(np.mean(line**2))

@@ -95,6 +95,7 @@ def identify_fuel(
     period: str | float | None = None,
     density: str | float | None = None,
     vehicle: str | Path | None = None,
+    engine_map: str | Path | None = None,
 ) -> FuelIdentification:
     """Identify the fuel of a vehicle from logs of a drive.
 
@@ -107,6 +108,8 @@ def identify_fuel(
         period: raster of the model; None: one second.
         density: of the fuel, where logs hold its volume; None: 0.743 g/mL.
         vehicle: name or file of the vehicle, for a steady map and a correction; None: speed and acceleration only.
+        engine_map: table of measured points, engine speed, torque and fuel flow, for the steady map; None: the map is
+            made of the logs.
 
     Raises:
         InputError: whatever in files or options is not as it should be.
@@ -118,7 +121,8 @@ def identify_fuel(
         None if period is None else _time("--period", "", period),
         None if density is None else _quantity("--density", "", density, "kg/m^3", "a density, such as 0.743 g/mL"),
     )
-    found = fuel.identify_fuel(_several(files), _several(validate), options, None if vehicle is None else str(vehicle))
+    of = [None if each is None else str(each) for each in (vehicle, engine_map)]
+    found = fuel.identify_fuel(_several(files), _several(validate), options, *of)
     return FuelIdentification(**{each.name: getattr(found, each.name) for each in fields(found)})
 
 

@@ -46,6 +46,12 @@ VehicleName = Annotated[
     str | None,
     typer.Option("--vehicle", metavar="VEHICLE", help="Of fuel: name or file, for a steady map and a correction."),
 ]
+EngineMap = Annotated[
+    Path | None,
+    typer.Option(
+        "--engine-map", metavar="FILE", help="Of fuel: measured points of engine speed, torque and fuel flow."
+    ),
+]
 Out = Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Model to write, JSON; a report beside it.")]
 Report = Annotated[Path | None, typer.Option("--report", metavar="FILE", help="Report to write, HTML.")]
 
@@ -63,6 +69,7 @@ def identify(
     ratio: Ratio = None,
     density: Density = None,
     vehicle: VehicleName = None,
+    engine_map: EngineMap = None,
     out: Out = None,
     report: Report = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
@@ -84,11 +91,13 @@ def identify(
                 period=period,
                 density=density,
                 vehicle=vehicle,
+                engine_map=engine_map,
             )
             saved = fuel.save(out, report)
         _tell(fuel, saved, as_json)
         return
-    _hold_unset(model, {"--density": density is not None, "--vehicle": vehicle is not None})
+    of_fuel = {"--density": density, "--vehicle": vehicle, "--engine-map": engine_map}
+    _hold_unset(model, {option: value is not None for option, value in of_fuel.items()})
     with Console(stderr=True).status("identifying"):
         found = api.identify(
             files,

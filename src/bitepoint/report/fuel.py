@@ -9,6 +9,7 @@ import numpy as np
 from bitepoint.identification.fuel import FuelIdentified
 from bitepoint.identification.fuel.drives import ASKED, SIGMAS, VSP_BIN, Drive
 from bitepoint.identification.fuel.models import modelled
+from bitepoint.numerics.tables import lookup_map
 from bitepoint.recording import Floats
 from bitepoint.report.page import BLUE, GREEN, GREY, ORANGE, RED, bullets, page, pictures, table
 
@@ -25,6 +26,8 @@ def fuel_page(found: FuelIdentified) -> str:
         ("Each row: measured against modelled", _scatter(found)),
         ("Fuel of the model over speed and acceleration", _surface(found)),
     ]
+    if found.model.vehicle is not None:
+        parts.append(("Engine: specific consumption over speed and torque", _engine(found)))
     about = found.model.about
     dropped, rows = int(found.outliers.sum()), len(found.drive)
     summary = (
@@ -173,3 +176,28 @@ def _laid_out(figure: Any, height: int) -> Any:
     margin = {"l": 70, "r": 20, "t": 40, "b": 50}
     figure.update_layout(template="plotly_white", height=height, margin=margin, legend=_LEGEND)
     return figure
+
+
+def _engine(found: FuelIdentified) -> Any:
+    import plotly.graph_objects as go
+
+    assert found.model.vehicle is not None
+    engine = found.model.vehicle["engine"][0]
+    fuel, load = engine["fuel"], engine["full_load"]
+    speeds = np.linspace(float(fuel["x"].min()), float(fuel["x"].max()), 80)
+    torques = np.linspace(0.02, 1.0, 80) * float(fuel["y"].max())
+    w, t = (each.ravel() for each in np.meshgrid(speeds, torques))
+    flow = lookup_map.run(np.repeat(np.atleast_1d(fuel), w.size), w, t)
+    above: Floats = np.asarray(t - np.interp(w, load["x"], load["y"]), np.float64)
+    specific = np.where(above <= 0.0, flow / (w * t) * _GRAMS * 3.6e6, np.nan)
+    z = specific.reshape(len(torques), len(speeds))
+    lowest = float(np.nanmin(z))
+    levels = {"start": 5.0 * np.ceil(lowest / 5.0), "end": 2.0 * lowest, "size": 0.05 * lowest}
+    rpm = 30.0 / np.pi
+    bar = {"title": "g/kWh"}
+    figure = go.Figure(go.Contour(x=speeds * rpm, y=torques, z=z, contours=levels, colorbar=bar, reversescale=True))
+    line = {"color": "black", "width": 2}
+    figure.add_trace(go.Scatter(x=load["x"] * rpm, y=load["y"], name="full load", line=line))
+    figure.update_xaxes(title_text="engine speed, r/min")
+    figure.update_yaxes(title_text="engine torque, N m", range=[0.0, 1.05 * float(load["y"].max())])
+    return _laid_out(figure, 460)

@@ -10,14 +10,19 @@ from typing import Any
 
 import numpy as np
 
+from bitepoint.errors import InputError
 from bitepoint.identification.datasets import Dataset, log_files
 from bitepoint.identification.fuel.drives import ASKED, Bin, Drive, Rows, joined, vsp_outliers
 from bitepoint.identification.fuel.folds import fold_scores, folds_of
 from bitepoint.identification.fuel.logs import DENSITY, ENGINE, FUEL, LogOptions, read_drives
 from bitepoint.identification.fuel.models import (
+    LOGGED_MAP,
+    WILLANS,
     Candidate,
+    Source,
     corrected_candidates,
     gear_rules,
+    measured_map,
     modelled,
     plain_candidates,
     scored,
@@ -119,29 +124,35 @@ def identify_fuel(
     validate: Sequence[str | Path] = (),
     options: LogOptions | None = None,
     vehicle: str | None = None,
+    engine_map: str | None = None,
 ) -> FuelIdentified:
     """Return the fuel model of logs; whatever is chosen is chosen on the training logs alone.
 
     Args:
         paths, validate: logs, files or folders.
         vehicle: name or file of the vehicle, for a steady map with correction; None: plain models only.
+        engine_map: file of measured points of the engine's steady fuel; None: its map is made of the logs.
 
     Raises:
         InputError: no usable logs, or options that cannot be carried out.
     """
     options = LogOptions() if options is None else options
+    if engine_map is not None and vehicle is None:
+        raise InputError("--engine-map", "no vehicle whose engine it is", "add --vehicle")
     model = None if vehicle is None else vehicle_for(vehicle)
+    measured = None if model is None or engine_map is None else measured_map(model, engine_map)
     data, checked = read_drives(paths, validate, options)
     outliers, bins = vsp_outliers(joined(data.runs, 0.0))
     fixed = FUEL.name in options.delays
     delay = 0.0 if fixed else _delay(data.runs, ~outliers)
     drive = joined(data.runs, delay)
     tested = None if checked is None else joined(checked.runs, delay)
-    tried = _tried(drive.rows(~outliers), tested, model)
+    tried = _tried(drive.rows(~outliers), tested, model, measured)
     chosen = _chosen(tried)
     warnings = [*data.warnings, *_on_outliers(drive, outliers, bins), *_on_logs(data, drive, model is not None)]
     warnings += _on_validation(checked, paths, validate)
     about = _about(data, checked, options, vehicle, chosen, delay, int(outliers.sum()))
+    about["engine_map"] = None if engine_map is None else Path(engine_map).name
     validation = () if checked is None else checked.runs
     return FuelIdentified(
         replace(chosen.model, about=about), chosen.errors, tried, delay, drive, outliers, bins, tested, data.runs,
@@ -168,8 +179,12 @@ def _score(candidate: Candidate, drive: Drive, folds: Sequence[Rows]) -> tuple[f
     return float(scores.mean()), tuple(scores.tolist())
 
 
-def _tried(drive: Drive, checked: Drive | None, vehicle: RecordArray | None) -> list[Tried]:
-    """Return the models that are compared, plain ones first, then steady ones, then those with a correction."""
+def _tried(drive: Drive, checked: Drive | None, vehicle: RecordArray | None, measured: Source | None) -> list[Tried]:
+    """Return the models that are compared, plain ones first, then steady ones, then those with a correction.
+
+    A steady map is that of the measured points, if there are any; else a Willans line or, where the engine is logged, a
+    map through its points, whichever scores better.
+    """
     folds = folds_of(drive)
 
     def finished(candidate: Candidate) -> Tried:
@@ -184,10 +199,12 @@ def _tried(drive: Drive, checked: Drive | None, vehicle: RecordArray | None) -> 
     if vehicle is None:
         return found
     rules = gear_rules(logged=drive.engine is not None)
-    steady = [steady_candidate(vehicle, rule) for rule in rules]
+    sources = [measured] if measured is not None else [WILLANS] + [LOGGED_MAP] * (drive.engine is not None)
+    choices = [(rule, source) for source in sources for rule in rules]
+    steady = [steady_candidate(vehicle, *choice) for choice in choices]
     best, _ = scored(steady, lambda candidate: _score(candidate, drive, folds)[0])
-    rule = rules[steady.index(best)]
-    return [*found, finished(best), *(finished(each) for each in corrected_candidates(vehicle, rule))]
+    choice = choices[steady.index(best)]
+    return [*found, finished(best), *(finished(each) for each in corrected_candidates(vehicle, *choice))]
 
 
 def _chosen(tried: Sequence[Tried]) -> Tried:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bitepoint.identification.fuel.drives import Drive
+from bitepoint.identification.fuel.engine_map import EnginePoints, read_points, within
 from bitepoint.identification.fuel.polynomials import (
     CORRECTIONS,
     PLAIN,
@@ -16,7 +17,7 @@ from bitepoint.identification.fuel.polynomials import (
     fit_plain,
     no_correction,
 )
-from bitepoint.identification.fuel.steady import fit_willans, with_steady
+from bitepoint.identification.fuel.steady import fit_willans, map_nodes, with_points, with_steady
 from bitepoint.models.fuel_model import FuelModel, GearRule, backward
 from bitepoint.recording import Floats
 from bitepoint.records import RecordArray
@@ -43,6 +44,47 @@ class Candidate:
     prepared: Callable[[Drive], Drive] = lambda drive: drive
 
 
+@dataclass(frozen=True)
+class Source:
+    """Where the steady map of an engine comes from.
+
+    Attributes:
+        steady: from a vehicle, and from engine speed (rad/s), torque (N m) and fuel (kg/s) of rows, to the vehicle
+            with the map.
+    """
+
+    name: str
+    steady: Callable[[RecordArray, Floats, Floats, Floats], RecordArray]
+
+
+def _line(vehicle: RecordArray, speed: Floats, torque: Floats, fuel: Floats) -> RecordArray:
+    return with_steady(vehicle, fit_willans(speed, torque, fuel))
+
+
+def _bent(vehicle: RecordArray, speed: Floats, torque: Floats, fuel: Floats) -> RecordArray:
+    points = within(EnginePoints(speed, torque, fuel), *map_nodes(vehicle), "identify")
+    return with_steady(vehicle, fit_willans(speed, torque, fuel), points)
+
+
+WILLANS = Source("Willans line", _line)
+LOGGED_MAP = Source("map through logged points", _bent)
+
+
+def measured_map(vehicle: RecordArray, path: str) -> Source:
+    """Return the map through the measured points of a file, whatever the rows are.
+
+    Raises:
+        InputError: the file holds no such points.
+    """
+    found = with_points(vehicle, read_points(path), path)
+
+    def steady(vehicle: RecordArray, speed: Floats, torque: Floats, fuel: Floats) -> RecordArray:
+        del vehicle, speed, torque, fuel
+        return found
+
+    return Source("measured map", steady)
+
+
 def modelled(model: FuelModel, drive: Drive) -> Floats:
     """Return the fuel of a model over rows, kg/s, shape (n,); the engine as it is logged, where it is."""
     return model.flow(drive.speed, drive.acceleration, drive.grade, drive.engine)
@@ -67,21 +109,22 @@ def gear_rules(logged: bool) -> list[RecordArray]:
     ]
 
 
-def steady_candidate(vehicle: RecordArray, rule: RecordArray) -> Candidate:
+def steady_candidate(vehicle: RecordArray, rule: RecordArray, source: Source) -> Candidate:
     """Return the steady model with a gear rule."""
     speed, load = float(rule["lowest_speed"][0]) * 30.0 / np.pi, float(rule["highest_load"][0])
-    name = f"from {speed:.0f} r/min, to {load:.0%} load"
+    name = f"{source.name}, from {speed:.0f} r/min, to {load:.0%} load"
     return Candidate(
-        "steady", name, lambda drive: _steady(vehicle, rule, drive), lambda drive: _reconstructed(vehicle, rule, drive)
-    )
+        "steady", name, lambda drive: _steady(vehicle, rule, source, drive),
+        lambda drive: _reconstructed(vehicle, rule, drive),
+    )  # fmt: skip
 
 
-def corrected_candidates(vehicle: RecordArray, rule: RecordArray) -> list[Candidate]:
+def corrected_candidates(vehicle: RecordArray, rule: RecordArray, source: Source) -> list[Candidate]:
     """Return the steady model with corrections of each degree."""
 
     def fit(family: Family) -> Callable[[Drive], FuelModel]:
         def corrected(drive: Drive) -> FuelModel:
-            steady = _steady(vehicle, rule, drive)
+            steady = _steady(vehicle, rule, source, drive)
             correction = fit_correction(family, drive, modelled(steady, drive))
             return FuelModel(correction, steady.vehicle, rule)
 
@@ -101,11 +144,10 @@ def _reconstructed(vehicle: RecordArray, rule: RecordArray, drive: Drive) -> Dri
     return replace(drive, engine=(speed, torque))
 
 
-def _steady(vehicle: RecordArray, rule: RecordArray, drive: Drive) -> FuelModel:
+def _steady(vehicle: RecordArray, rule: RecordArray, source: Source, drive: Drive) -> FuelModel:
     engine = _reconstructed(vehicle, rule, drive).engine
     assert engine is not None
-    coefficients = fit_willans(engine[0], engine[1], drive.fuel)
-    return FuelModel(no_correction(drive), with_steady(vehicle, coefficients), rule)
+    return FuelModel(no_correction(drive), source.steady(vehicle, *engine, drive.fuel), rule)
 
 
 def scored(candidates: Sequence[Candidate], score: Callable[[Candidate], float]) -> tuple[Candidate, float]:

@@ -43,6 +43,11 @@ def clipped_least_squares(x: Floats, y: Floats, least: Floats | None = None) -> 
 def _solved(x: Floats, y: Floats, positive: bool) -> Floats:
     if not positive:
         return np.asarray(np.linalg.lstsq(x.T @ x, x.T @ y, rcond=None)[0], np.float64)
+    return positive_least_squares(x, y)
+
+
+def positive_least_squares(x: Floats, y: Floats) -> Floats:
+    """Return the c >= 0 that makes x c closest to y, shape (columns,); x: shape (n, columns)."""
     from scipy import optimize
 
     library: Any = optimize

@@ -1,9 +1,9 @@
-"""The steady fuel of an engine, from points of speed and torque, whether logged or reconstructed.
+"""The steady fuel of an engine, from points of speed and torque, whether measured, logged or reconstructed.
 
     fuel = c0 + c1 w + c2 w^2 + k T w + q max(T, 0)^2 w        all coefficients >= 0, k >= 1/(0.46 Hu), and fuel >= 0
 
 a Willans line: idling and friction, work over a marginal efficiency, and a share of it that is lost more and more with
-load. Where the line ends, on overrun, fuel is cut.
+load. Where the line ends, on overrun, fuel is cut. Points that are measured can bend it, see `engine_map`.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Any, cast
 import numpy as np
 
 from bitepoint.errors import InputError
+from bitepoint.identification.fuel.engine_map import EnginePoints, smooth_map, within
 from bitepoint.identification.fuel.regression import clipped_least_squares
 from bitepoint.models.longitudinal import LongitudinalModel
 from bitepoint.parts.amt import AutomatedGearbox
@@ -86,16 +87,37 @@ def fit_willans(speed: Floats, torque: Floats, fuel: Floats) -> Floats:
     return clipped_least_squares(willans_columns(speed, torque), fuel, least)
 
 
-def with_steady(vehicle: RecordArray, coefficients: Floats) -> RecordArray:
-    """Return the vehicle with the Willans line for the fuel of its engine: map, and drag at which it is cut."""
+def map_nodes(vehicle: RecordArray) -> tuple[Floats, Floats]:
+    """Return the speeds (rad/s) and torques (N m) of the nodes of an engine's map, evenly spaced."""
+    engine = vehicle["engine"]
+    peak = float(engine["full_load"]["y"].max())
+    speeds = np.linspace(LEAST_RUNNING * float(vehicle["launch_speed"][0]), float(engine["speed_limit"][0]), GRID)
+    return speeds, np.linspace(0.0, BEYOND * peak, GRID)
+
+
+def with_points(vehicle: RecordArray, points: EnginePoints, where: str) -> RecordArray:
+    """Return the vehicle with the map through measured points for the fuel of its engine.
+
+    Raises:
+        InputError: too few points within the map.
+    """
+    kept = within(points, *map_nodes(vehicle), where)
+    return with_steady(vehicle, fit_willans(kept.speed, kept.torque, kept.fuel), kept)
+
+
+def with_steady(vehicle: RecordArray, coefficients: Floats, points: EnginePoints | None = None) -> RecordArray:
+    """Return the vehicle with the Willans line for the fuel of its engine: map, and drag at which it is cut.
+
+    Args:
+        points: within the map, which it is bent through; the drag stays that of the line.
+    """
     model = vehicle.copy()
     engine = model["engine"]
-    peak = float(engine["full_load"]["y"].max())
-    speeds = np.linspace(LEAST_RUNNING * float(model["launch_speed"][0]), float(engine["speed_limit"][0]), GRID)
-    torques = np.linspace(0.0, BEYOND * peak, GRID)
+    speeds, torques = map_nodes(vehicle)
     x, y = (each.ravel() for each in np.meshgrid(speeds, torques, indexing="ij"))
     flow = (willans_columns(x, y) @ coefficients).reshape(GRID, GRID)
-    engine["fuel"] = Map.through(speeds.tolist(), torques.tolist(), flow.tolist())[0]
+    fuel = flow if points is None else smooth_map(points, speeds, torques, flow)
+    engine["fuel"] = Map.through(speeds.tolist(), torques.tolist(), fuel.tolist())[0]
     line: Floats = flow[:, 0] / (coefficients[3] * speeds)  # torque at which the Willans line ends
     across = speeds - speeds.mean()
     slope = min(max(float(across @ line) / float(across @ across), 0.0), 1.0)
