@@ -18,6 +18,7 @@ CONDITIONS: Mapping[str, Mapping[str, Any]] = {
     "laden": {"vehicle.mass": "2600 kg"},
     "uphill": {"road.grade": "3 %", "timing.duration": "400 s"},
     "early shifts": {"speed_driver.shift_up_speed": "170 rad/s", "timing.duration": "400 s"},
+    "schedule": {"speed_driver.schedule": "1", "timing.duration": "400 s"},
     "electric": {"torque_split.mode": "electric", "timing.duration": "400 s"},
     "other gears": {"gearbox.shift_time": "0.5 s", "timing.duration": "400 s"},
 }
@@ -37,6 +38,18 @@ def test_the_car_follows_the_cycle(name: str) -> None:
     assert figures["within_tolerance"] >= 0.99
     assert figures["speed_error_rms"] < 0.2
     assert figures["energy_residual"] < 1e-6
+
+
+def test_the_economy_schedule_of_the_engine_shifts_earlier() -> None:
+    """From 3rd to 4th between 22 and 31 km/h, where the speed of the input asks for some 40 km/h."""
+
+    def upshifts(run: Any) -> list[float]:
+        gear, speed = run.recording["gear_command"], run.recording["vehicle_speed"]
+        return [3.6 * float(speed[k]) for k in np.flatnonzero((gear[1:] == 4.0) & (gear[:-1] == 3.0))]
+
+    early, late = upshifts(driven("schedule")), upshifts(driven("as it is"))
+    assert all(20.0 < speed < 33.0 for speed in early)
+    assert min(late) > 33.0
 
 
 def test_the_way_is_that_of_the_cycle() -> None:

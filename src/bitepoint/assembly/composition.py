@@ -105,7 +105,7 @@ def assemble(scenario: str, settings: Mapping[str, Any], over: Lanes | None = No
         rules.append(planned.arrival)
     timing = _timing(manoeuvre, chosen, profiles[0], planned)
     beside, constant = _intention(controller, nominal, chosen)
-    before = [_supervisor_part(each, nominal, manoeuvre, chosen) for each in supervisors]
+    before = [_supervisor_part(each, plant, nominal, manoeuvre, chosen) for each in supervisors]
     main = _controller_part(controller, _designed(controller, nominal, calibration, chosen))
     parts = [*before, *beside, main]
     baseline = [] if planned is None else planned.chasing(parts)
@@ -212,11 +212,13 @@ def _supervisors(scenario: Scenario, plant: Plant) -> list[Controller]:
     return [fitting[name] for name in scenario.supervisors]
 
 
-def _supervisor_part(supervisor: Controller, vehicle: RecordArray, scenario: Scenario, settings: Settings) -> Part:
+def _supervisor_part(
+    supervisor: Controller, plant: Plant, vehicle: RecordArray, scenario: Scenario, settings: Settings
+) -> Part:
     """Return the part with what the scenario sets of it, then what the user sets."""
     calibration = _calibration(supervisor, settings.group(supervisor.name), {}, 1, scenario)
     parameters = supervisor.design(vehicle, calibration)
-    return _controller_part(supervisor, scheduled(parameters, vehicle) if supervisor.name == DRIVER else parameters)
+    return _controller_part(supervisor, scheduled(supervisor, parameters, plant, vehicle))
 
 
 def _lanes(over: Lanes) -> tuple[int, dict[str, dict[str, Sequence[Any] | npt.NDArray[Any]]]]:

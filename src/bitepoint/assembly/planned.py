@@ -14,6 +14,7 @@ import numpy as np
 
 from bitepoint.assembly.settings import SET, Settings
 from bitepoint.controllers import pedal_driver
+from bitepoint.controllers.controller import Controller
 from bitepoint.controllers.plan_table import PLAN_POINTS, plan_parameters
 from bitepoint.controllers.stop_lines import HARDEST, stop_lines
 from bitepoint.errors import InputError
@@ -21,12 +22,14 @@ from bitepoint.models.fuel_model import FuelModel
 from bitepoint.models.longitudinal import LongitudinalModel
 from bitepoint.models.plan import Floats, SpeedPlan
 from bitepoint.models.route import Route
+from bitepoint.models.shift_map import with_shift_map
 from bitepoint.parts.road_profile import grade_profile
 from bitepoint.planning.drive_tasks import LONGEST_LAUNCH, CruiseTask, LaunchTask
 from bitepoint.planning.eco_launch import LAUNCH_GRID, Launch, launch_planner
 from bitepoint.planning.predictive_cruise import Cruise, RecedingCruise, cruise_planner, set_speed_cruise
 from bitepoint.planning.shift_schedule import economy_schedule
 from bitepoint.planning.speed_planner import Limits, SpeedPlanner, TimedPlan
+from bitepoint.plants.plant import Plant
 from bitepoint.records import Record, RecordArray
 from bitepoint.scenarios import Scenario
 from bitepoint.scenarios.routes import load_route
@@ -148,11 +151,17 @@ def _driven_to(parts: Sequence[Part], table: RecordArray, mode: int, lines: Reco
     ]
 
 
-def scheduled(parameters: RecordArray, vehicle: RecordArray) -> RecordArray:
-    """Return the parameters of a driver, with the economy schedule of the vehicle where one is to be followed."""
+def scheduled(driver: Controller, parameters: RecordArray, plant: Plant, vehicle: RecordArray) -> RecordArray:
+    """Return the parameters of a supervisor, with the economy schedule of the vehicle where one is to be followed.
+
+    Args:
+        vehicle: the plant's record.
+    """
+    if "schedule" not in driver.calibration.fields or plant.longitudinal is None:
+        return parameters
     if not parameters["calibration"]["schedule"].any():
         return parameters
-    return pedal_driver.with_shift_map(parameters, economy_schedule(LongitudinalModel.of(vehicle)).shift_map())
+    return with_shift_map(parameters, economy_schedule(plant.longitudinal(vehicle)).shift_map())
 
 
 def planned_drive(scenario: Scenario, settings: Settings, vehicle: RecordArray) -> PlannedDrive | None:

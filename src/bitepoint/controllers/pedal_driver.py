@@ -42,7 +42,7 @@ from bitepoint.controllers.stop_lines import (
 )
 from bitepoint.files import library_yaml
 from bitepoint.kernels import clamp, is_finite, kernel, to_index
-from bitepoint.models.shift_map import ShiftMap, mapped_gear
+from bitepoint.models.shift_map import ShiftMap, mapped_gear, shift_map
 from bitepoint.parts.amt import GEARS, AutomatedGearbox, gear_ratio
 from bitepoint.parts.torque_engine import TorqueEngine, fuel_cut_torque, highest_torque
 from bitepoint.records import Record, RecordArray, count, nested, quantity
@@ -183,10 +183,9 @@ def choose_gear(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMea
     elif gear != s.gear:
         s.elapsed = 0.0
     elif gear > 0 and s.elapsed >= p.calibration.shift_pause:
-        speed = clamp(m.engine_speed, 0.0, 2000.0)
-        s.gear = lined_gear(p, gear, speed, s.throttle)
-        if p.calibration.schedule == 1:
-            s.gear = min(mapped_gear(p.shift_map, gear, s.throttle, clamp(m.vehicle_speed, 0.0, 150.0)), p.gears)
+        lined = lined_gear(p, gear, clamp(m.engine_speed, 0.0, 2000.0), s.throttle)
+        mapped = min(mapped_gear(p.shift_map, gear, s.throttle, clamp(m.vehicle_speed, 0.0, 150.0)), p.gears)
+        s.gear = mapped if p.calibration.schedule == 1 else lined
 
 
 @kernel
@@ -339,7 +338,8 @@ def step(
 def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
     """Return the parameters for a vehicle (blocks engine, gearbox, clutch, brake, vehicle), one record per calibration.
 
-    Plan, stop lines and shift map are empty: `with_plan` and `with_shift_map` give them.
+    Plan and stop lines are empty, and the shift map has the lines of the calibration: `with_plan` and
+    `models.shift_map.with_shift_map` give others.
     """
     parameters = PedalDriverParameters.zeros(len(calibration))
     parameters["calibration"] = calibration
@@ -352,8 +352,14 @@ def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
     parameters["slowing_torque"] = body["mass"] * body["wheel_radius"]
     hold_torque = calibration["hold_rate"] * parameters["slowing_torque"]
     parameters["hold_torque"] = np.minimum(hold_torque, parameters["brake_limit"])
-    parameters["shift_map"]["gears"] = 1
-    parameters["gears"] = int(np.argmin(np.append(vehicle["gearbox"]["ratios"][0], 0.0) > 0.0))
+    gears = parameters["gears"] = int(np.argmin(np.append(vehicle["gearbox"]["ratios"][0], 0.0) > 0.0))
+    if gears > 1:
+        ratios = vehicle["gearbox"]["ratios"][0, :gears] * vehicle["gearbox"]["final_drive"][0]
+        per_input = body["wheel_radius"][0] / ratios[:, np.newaxis]
+        for lane, k in enumerate(calibration):
+            line = np.array([k["shift_up_low"], k["shift_up_high"]])
+            up, down = line * per_input[:-1], k["shift_down_share"] * line * per_input[:-1]
+            parameters["shift_map"][lane] = shift_map(np.array([0.0, 1.0]), up, down)[0]
     return parameters
 
 
@@ -369,13 +375,6 @@ def with_plan(
     changed["plan"] = plan
     changed["stop_lines"] = StopLines.zeros() if lines is None else lines
     changed["calibration"]["mode"] = mode
-    return changed
-
-
-def with_shift_map(parameters: RecordArray, shift_map: RecordArray) -> RecordArray:
-    """Return the parameters of a driver who has a shift map, and follows it where the calibration says so."""
-    changed = parameters.copy()
-    changed["shift_map"] = shift_map
     return changed
 
 

@@ -7,7 +7,8 @@ what the motor, which recuperates, leaves. a* is the filtered difference of v*, 
 that of a level road and of the mass in the vehicle file; what is not so, the integral finds. It rests while a limit is
 met, at a standstill and while shifting.
 
-Gears follow the speed of the gearbox input, with hysteresis. To shift, the driver takes the torque away, waits until
+Gears follow the speed of the gearbox input, with hysteresis; with a schedule, a shift map over the torque request, as a
+share of the highest, and the speed of the vehicle. To shift, the driver takes the torque away, waits until
 the driveline has unwound, commands the gear, and gives torque again when it is engaged; meanwhile the brake does the
 braking. At a standstill the brake holds, and 1st gear is engaged.
 """
@@ -18,6 +19,7 @@ import numpy as np
 
 from bitepoint.controllers.controller import Controller, only_defaults
 from bitepoint.kernels import clamp, is_finite, kernel, to_index
+from bitepoint.models.shift_map import ShiftMap, mapped_gear, shift_map
 from bitepoint.parts.amt import GEARS
 from bitepoint.records import Record, RecordArray, count, nested, quantity
 from bitepoint.units import STANDARD_GRAVITY
@@ -52,6 +54,7 @@ class SpeedDriverCalibration(Record):
     standstill_speed: float = quantity("m/s", 0, 3, "below which the vehicle may be held", default=0.3)
     shift_up_speed: float = quantity("rad/s", 50, 1500, "of the gearbox input, to shift up", default=220.0)
     shift_down_speed: float = quantity("rad/s", 20, 1000, "of the gearbox input, to shift down", default=115.0)
+    schedule: int = count(0, 1, "1: gears follow the shift map; 0: the speed of the gearbox input", default=0)
     shift_pause: float = quantity("s", 0, 10, "shortest time in a gear", default=1.0)
     unwinding_time: float = quantity("s", 0, 2, "from no torque requested until the gear is left", default=0.3)
 
@@ -68,6 +71,7 @@ class SpeedDriverParameters(Record):
     air_coefficient: float = quantity("N*s^2/m^2", 0, 1000, "air resistance over speed squared")
     torque_limit: float = quantity("N*m", 0, 5000, "highest torque request")
     brake_limit: float = quantity("N*m", 0, 1e5, "highest torque of the brake")
+    shift_map: ShiftMap = nested(ShiftMap, "the shift map")
     gears: int = count(1, GEARS, "number of gears", default=1)
 
 
@@ -116,12 +120,17 @@ def wanted_gear(p: SpeedDriverParameters, gear: int, input_speed: float) -> int:
 
 
 @kernel
-def choose_gear(p: SpeedDriverParameters, s: SpeedDriverState, gear: int, input_speed: float, dt: float) -> None:
-    """Advance the phase; in neutral `gear` is 0."""
+def choose_gear(
+    p: SpeedDriverParameters, s: SpeedDriverState, gear: int, speed: float, ratio: float, dt: float
+) -> None:
+    """Advance the phase; in neutral `gear` is 0. `speed`: of the vehicle, m/s; `ratio`: of the input to the wheels."""
     s.elapsed = min(s.elapsed + dt, 1e6)
     if s.phase == DRIVING:
         if gear > 0 and s.elapsed >= p.calibration.shift_pause:
-            s.next_gear = wanted_gear(p, gear, input_speed)
+            share = clamp(s.torque / p.torque_limit, 0.0, 1.0)
+            mapped = min(mapped_gear(p.shift_map, gear, share, max(speed, 0.0)), p.gears)
+            lined = wanted_gear(p, gear, ratio * speed / p.wheel_radius)
+            s.next_gear = mapped if p.calibration.schedule == 1 else lined
             if s.next_gear != gear:
                 s.phase = RELEASING
                 s.elapsed = 0.0
@@ -214,7 +223,7 @@ def step(
         rate = (target - s.target) / dt
         s.rate = clamp(s.rate + dt / (TARGET_FILTER + dt) * (rate - s.rate), -1000.0, 1000.0)
         s.target = target
-        choose_gear(p, s, to_index(m.gear + 0.5, 0, GEARS), ratio * speed / p.wheel_radius, dt)
+        choose_gear(p, s, to_index(m.gear + 0.5, 0, GEARS), speed, ratio, dt)
         if target < STANDING_TARGET and speed < p.calibration.standstill_speed:
             hold(p, s, dt)
         else:
@@ -227,6 +236,7 @@ def step(
 def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
     """Return the parameters for a vehicle (blocks vehicle, tyre, motor, engine, gearbox, brake, road) and calibrations.
 
+    The shift map has the speeds of the calibration; `models.shift_map.with_shift_map` gives another.
     The road is taken as level. The torque is limited to the most that the engine can give.
     """
     parameters = SpeedDriverParameters.zeros(len(calibration))
@@ -242,7 +252,13 @@ def design(vehicle: RecordArray, calibration: RecordArray) -> RecordArray:
     )
     parameters["torque_limit"] = curve["y"][: curve["points"]].max()
     parameters["brake_limit"] = vehicle["brake"]["torque_limit"]
-    parameters["gears"] = int(np.argmin(np.append(vehicle["gearbox"]["ratios"][0], 0.0) > 0.0))
+    gears = parameters["gears"] = int(np.argmin(np.append(vehicle["gearbox"]["ratios"][0], 0.0) > 0.0))
+    if gears > 1:
+        ratios = vehicle["gearbox"]["ratios"][0, :gears] * vehicle["gearbox"]["final_drive"][0]
+        per_input = np.repeat(body["wheel_radius"][0] / ratios[:, np.newaxis], 2, axis=1)
+        for lane, k in enumerate(calibration):
+            up, down = k["shift_up_speed"] * per_input[:-1], k["shift_down_speed"] * per_input[1:]
+            parameters["shift_map"][lane] = shift_map(np.array([0.0, 1.0]), up, down)[0]
     return parameters
 
 

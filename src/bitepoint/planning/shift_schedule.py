@@ -17,11 +17,11 @@ import numpy as np
 from bitepoint.errors import InputError
 from bitepoint.models.longitudinal import driving_force, fuel_for, geared_speed
 from bitepoint.models.plan import Floats, Integers
-from bitepoint.models.shift_map import ShiftMap
+from bitepoint.models.shift_map import shift_map
 from bitepoint.parts.body import Road
 from bitepoint.parts.torque_engine import highest_torque
 from bitepoint.planning.steady import gear_count
-from bitepoint.records import CURVE_POINTS, Curve, RecordArray
+from bitepoint.records import CURVE_POINTS, RecordArray
 
 HYSTERESIS = 2.0 / 3.6
 """Speed by which a downshift lies below the upshift, m/s."""
@@ -54,12 +54,7 @@ class ShiftSchedule:
 
     def shift_map(self) -> RecordArray:
         """Return it as a record `ShiftMap`."""
-        result = ShiftMap.zeros()
-        result["gears"] = len(self.up) + 1
-        for n, (up, down) in enumerate(zip(self.up, self.down, strict=True)):
-            result["line"]["up"][0, n] = Curve.through(self.throttle.tolist(), up.tolist())[0]
-            result["line"]["down"][0, n] = Curve.through(self.throttle.tolist(), down.tolist())[0]
-        return result
+        return shift_map(self.throttle, self.up, self.down)
 
 
 def economy_schedule(

@@ -12,6 +12,7 @@ and a synchroniser brings the input to the speed of the next gear. The grade fol
 from __future__ import annotations
 
 from bitepoint.kernels import clamp, is_finite, kernel, to_index
+from bitepoint.models.longitudinal import LongitudinalModel
 from bitepoint.numerics.dead_time import delayed, start_dead_time
 from bitepoint.numerics.integration import clearer, runge_kutta_4
 from bitepoint.parts.amt import ENGAGING_BAND, meshing_loss_torque, synchroniser_torque
@@ -290,4 +291,5 @@ PLANT = Plant(
     init,
     step,
     check,
+    LongitudinalModel.of,
 )

@@ -13,6 +13,7 @@ nothing, and a synchroniser brings the input to the speed of the next gear.
 from __future__ import annotations
 
 from bitepoint.kernels import clamp, is_finite, kernel, to_index
+from bitepoint.models.longitudinal import LongitudinalModel
 from bitepoint.numerics.dead_time import delayed, start_dead_time
 from bitepoint.numerics.integration import clearer, runge_kutta_4
 from bitepoint.parts.amt import ENGAGING_BAND, meshing_loss_torque, synchroniser_torque
@@ -37,6 +38,9 @@ from bitepoint.plants.p2_hybrid_records import (
 from bitepoint.plants.plant import Plant
 from bitepoint.plants.stiffness import NEUTRAL_RELAXATION, ROLLING_FADE_SPEED
 from bitepoint.records import RecordArray
+
+LEAST_OVER_IDLE = 1.2
+"""Lowest speed at which the engine drives, over that of its idling (chosen)."""
 
 
 @kernel
@@ -271,4 +275,17 @@ def check(parameters: RecordArray, where: str) -> None:
     check_engine(parameters["engine"], where)
 
 
-PLANT = Plant("p2_hybrid", P2Parameters, P2State, P2Inputs, P2Outputs, P2Work, init, step, check)
+def longitudinal(parameters: RecordArray) -> RecordArray:
+    """Return the vehicle as its engine drives it, a `LongitudinalModel`; the motor turns with the gearbox input."""
+    model = LongitudinalModel.zeros(len(parameters))
+    for block in ("vehicle", "engine", "gearbox"):
+        model[block] = parameters[block]
+    model["engine"]["inertia"] += parameters["motor"]["inertia"]
+    model["wheel_inertia"] = parameters["tyre"]["wheel_inertia"]
+    model["launch_speed"] = LEAST_OVER_IDLE * parameters["engine"]["idle_speed"]
+    return model
+
+
+PLANT = Plant(
+    "p2_hybrid", P2Parameters, P2State, P2Inputs, P2Outputs, P2Work, init, step, check, longitudinal=longitudinal
+)

@@ -22,6 +22,8 @@ class Plant:
         step: kernel (parameters, state, inputs, outputs, work, dt) -> status that advances it by dt with constant
             inputs and then writes the outputs; status 0 is good, anything else stops the run.
         check: raises InputError, naming the place it is given, where parameters contradict each other.
+        longitudinal: from its parameters to a `LongitudinalModel`, for plans and shift schedules; None: it has no
+            gears, or no fuel.
     """
 
     name: str
@@ -33,3 +35,4 @@ class Plant:
     init: Kernel[..., None]
     step: Kernel[..., int]
     check: Callable[[RecordArray, str], None]
+    longitudinal: Callable[[RecordArray], RecordArray] | None = None
