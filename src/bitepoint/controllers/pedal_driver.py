@@ -50,6 +50,9 @@ from bitepoint.records import Record, RecordArray, count, nested, quantity
 TARGET, PLAN, SPEEDS = range(3)
 MODES = ("target", "plan", "speeds")
 
+STANDING = 0.01
+"""Speed of a vehicle that stands, m/s."""
+
 STANDING_SPEED = 0.05
 """Speed to follow below which the driver wants to stand, m/s."""
 
@@ -64,7 +67,8 @@ SLOWING_GAIN, SLOWING_INTEGRAL = 2.0, 1.0
 in a second, without an overshoot."""
 
 SOFT_RATE, SOFT_GAIN = 0.3, 2.0
-"""Highest deceleration at a line, m/s^2, and how it grows with the speed, 1/s: a stop without a jolt."""
+"""Highest deceleration at a line, m/s^2, and how it grows with the speed, 1/s: a stop without a jolt. What a slope
+takes, which the integral finds, comes on top."""
 
 STOPPED = 0.1
 """Speed below which a vehicle that stops at a line is held, m/s."""
@@ -82,7 +86,7 @@ class PedalDriverCalibration(Record):
     throttle_limit: float = quantity("1", 0.01, 1, "most throttle", default=0.7)
     brake_rest: float = quantity("1", 0, 1, "how far the driver wants to be off the throttle to brake", default=0.1)
     brake_gain: float = quantity("m/s^2", 0, 50, "deceleration by the brake per wish beyond that", default=4.3)
-    hold_rate: float = quantity("m/s^2", 0, 20, "deceleration that the brake at a standstill would give", default=2.2)
+    hold_rate: float = quantity("m/s^2", 0, 20, "deceleration that the brake at a standstill would give", default=3.0)
     standstill_speed: float = quantity("m/s", 0, 3, "below which the vehicle may be held", default=0.3)
     shift_up_low: float = quantity("rad/s", 50, 1500, "engine speed to shift up at no throttle", default=178.0)
     shift_up_high: float = quantity("rad/s", 50, 1500, "the same at full throttle, linear between", default=366.0)
@@ -239,14 +243,17 @@ def follow(
 
 
 @kernel
-def hold(p: PedalDriverParameters, s: PedalDriverState, c: PedalDriverCommand, dt: float) -> None:
-    """Write the commands that hold the vehicle."""
+def hold(
+    p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, c: PedalDriverCommand, dt: float
+) -> None:
+    """Write the commands that hold the vehicle: at once where it stands, else in time."""
     s.throttle = 0.0
     s.integral = 0.0
     s.gear = 1
     c.throttle = 0.0
     c.engine_torque_wanted = 0.0
-    s.holding = min(s.holding + p.hold_torque / p.calibration.hold_time * dt, p.hold_torque)
+    more = p.hold_torque / p.calibration.hold_time * dt if m.vehicle_speed > STANDING else p.hold_torque
+    s.holding = min(s.holding + more, p.hold_torque)
     c.brake_torque_command = s.holding
 
 
@@ -259,7 +266,7 @@ def watch_line(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeas
         s.slowing_more = 0.0
     if standing and way_to_line(p.stop_lines, s.passed, m.distance) > REACH:
         s.stopping = 0
-    elif slowing_to_line(p.stop_lines, s.passed, m.distance, m.vehicle_speed) >= ONSET * slowing:
+    elif standing or slowing_to_line(p.stop_lines, s.passed, m.distance, m.vehicle_speed) >= ONSET * slowing:
         s.stopping = 1
     if s.stopping == 1 and standing:
         s.stood = min(s.stood + dt, 1e6)
@@ -281,7 +288,7 @@ def stop_at_line(
     error = clamp(m.vehicle_speed - math.sqrt(lined_square(p.stop_lines, s.passed, m.distance)), -150.0, 150.0)
     slowing = slowing_ahead(p.stop_lines, s.passed)
     s.slowing_more = clamp(s.slowing_more + SLOWING_INTEGRAL * error * dt, -slowing, slowing)
-    soft = SOFT_RATE + SOFT_GAIN * clamp(m.vehicle_speed, 0.0, 150.0)
+    soft = SOFT_RATE + SOFT_GAIN * clamp(m.vehicle_speed, 0.0, 150.0) + max(s.slowing_more, 0.0)
     rate = clamp(slowing + s.slowing_more + SLOWING_GAIN * error, 0.0, soft)
     c.brake_torque_command = min(p.slowing_torque * rate, p.brake_limit)
     s.holding = c.brake_torque_command
@@ -299,7 +306,7 @@ def drive(
     c.speed_wanted = speed_to_follow(p, s, m)
     stands = m.vehicle_speed < p.calibration.standstill_speed and c.speed_wanted < STANDING_SPEED
     if (s.stopping == 1 and m.vehicle_speed < STOPPED) or (s.stopping == 0 and stands):
-        hold(p, s, c, dt)
+        hold(p, s, m, c, dt)
     elif s.stopping == 1:
         stop_at_line(p, s, m, c, dt)
     else:
