@@ -141,6 +141,13 @@ def test_beyond_the_hull_a_polynomial_is_held(family: Any) -> None:
     assert braking[1] == braking[2]
 
 
+def write_engine(path: Path, drive: Any, fuel: np.ndarray, turning: np.ndarray, torque: np.ndarray) -> Path:
+    rows = np.column_stack([drive.time, fuel * 1e3, drive.speed * 3.6, turning * 30 / np.pi, torque])
+    header = "time_s,fuel_flow_g_per_s,vehicle_speed_kmh,engine_speed_rpm,engine_torque_nm"
+    np.savetxt(path, rows, delimiter=",", header=header, comments="")
+    return path
+
+
 def test_a_steady_map_is_recovered_from_logged_points_and_from_the_motion() -> None:
     car, rule = vehicle_for(CAR), gear_rules(logged=True)[0]
     coefficients = np.array([3e-5, 8e-7, 2e-9, 5.9e-8, 3e-11])
@@ -166,10 +173,7 @@ def test_logged_engine_speed_and_torque_take_the_place_of_the_motion(tmp_path: P
         _, turning, torque = backward(car, rule, drive.speed, drive.acceleration, drive.grade)
         torque = torque + 60.0 * np.sin(drive.time / 40.0)  # a wind, which only the engine feels
         fuel = np.maximum(willans_columns(turning, torque) @ coefficients, 0.0)
-        files.append(tmp_path / f"{n}.csv")
-        rows = np.column_stack([drive.time, fuel * 1e3, drive.speed * 3.6, turning * 30 / np.pi, torque])
-        header = "time_s,fuel_flow_g_per_s,vehicle_speed_kmh,engine_speed_rpm,engine_torque_nm"
-        np.savetxt(files[-1], rows, delimiter=",", header=header, comments="")
+        files.append(write_engine(tmp_path / f"{n}.csv", drive, fuel, turning, torque))
     found = bitepoint.identify_fuel(files[0], validate=files[1], vehicle=CAR, delays={"fuel_flow": 0.0})
     steady = next(each for each in found.tried if each.kind == "steady")
     plain = max((each for each in found.tried if each.kind == "plain"), key=lambda each: each.score)
@@ -239,10 +243,7 @@ def test_a_map_through_logged_points_is_taken_where_it_is_better(tmp_path: Path)
         _, turning, torque = backward(car, rule, drive.speed, drive.acceleration, drive.grade)
         torque = np.where(torque > 0.0, np.minimum(torque + 60.0 * (1 + np.sin(drive.time / 40.0)), 230.0), torque)
         fuel = np.where(torque > 0.0, island(turning, torque), 0.0)
-        files.append(tmp_path / f"{n}.csv")
-        rows = np.column_stack([drive.time, fuel * 1e3, drive.speed * 3.6, turning * 30 / np.pi, torque])
-        header = "time_s,fuel_flow_g_per_s,vehicle_speed_kmh,engine_speed_rpm,engine_torque_nm"
-        np.savetxt(files[-1], rows, delimiter=",", header=header, comments="")
+        files.append(write_engine(tmp_path / f"{n}.csv", drive, fuel, turning, torque))
     found = bitepoint.identify_fuel(files[0], validate=files[1], vehicle=CAR, delays={"fuel_flow": 0.0})
     steady = next(each for each in found.tried if each.kind == "steady")
     assert steady.name.startswith("map through logged points")
