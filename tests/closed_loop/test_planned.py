@@ -196,6 +196,8 @@ def test_stop_lines_are_kept(
 def test_lines_that_cannot_be_kept_are_refused(tmp_path: Path, refused: Refused) -> None:
     many = road_with_stops(tmp_path / "many.csv", 4000.0, [100.0 * k for k in range(1, 34)])
     refused(lambda: bitepoint.run("predictive-cruise", {"road": many}), "33 stop lines", "expected up to 32")
+    last = road_with_stops(tmp_path / "last.csv", 1000.0, [1000.0])
+    refused(lambda: bitepoint.run("predictive-cruise", {"road": last}), "a stop line at its end", "go on")
     one = road_with_stops(tmp_path / "one.csv", 300.0, [150.0])
     refused(lambda: bitepoint.run("eco-launch", {"road": one}), "may not slow down", "less than 0 m/s^2")
 

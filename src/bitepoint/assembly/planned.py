@@ -16,7 +16,7 @@ from bitepoint.assembly.settings import SET, Settings
 from bitepoint.controllers import pedal_driver
 from bitepoint.controllers.controller import Controller
 from bitepoint.controllers.plan_table import PLAN_POINTS, plan_parameters
-from bitepoint.controllers.stop_lines import HARDEST, stop_lines
+from bitepoint.controllers.stop_lines import HARDEST, REACH, stop_lines
 from bitepoint.errors import InputError
 from bitepoint.models.fuel_model import FuelModel
 from bitepoint.models.longitudinal import LongitudinalModel
@@ -228,6 +228,9 @@ def _route(scenario: Scenario, settings: Settings) -> Route | None:
     if route is not None:  # refuse what no driver can keep before anything is planned
         nothing = np.zeros(route.stops.size)
         stop_lines(route.stops, nothing, nothing, 0.0, str(name))
+        if route.stops.size and route.stops[-1] >= route.length - REACH:
+            mend = "expected the road to go on: a drive ends at the speed that is wanted"
+            raise InputError(str(name), "a stop line at its end", mend)
     return route
 
 
