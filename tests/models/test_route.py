@@ -33,6 +33,7 @@ FLAT: dict[str, Any] = {
         ("speed_limit", [20.0, np.nan, 20.0], "a speed limit that is not positive"),
         ("stops", [301.0], "stops out of order or off the road"),
         ("stops", [20.0, 20.0], "stops out of order or off the road"),
+        ("stops", [20.0, 20.9], "stop lines at 20 and 20.9 m"),
     ],
 )
 def test_what_is_no_road_is_refused(name: str, value: list[float], said: str, refused: Refused) -> None:

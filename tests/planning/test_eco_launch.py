@@ -15,7 +15,7 @@ from bitepoint.models.route import Route
 from bitepoint.parts.body import Road
 from bitepoint.parts.torque_engine import fuel_cut_torque, fuel_flow, highest_torque
 from bitepoint.planning.eco_launch import LAUNCH_GRID, Launch, best_efficiency_fuel, launch_planner
-from bitepoint.planning.speed_planner import Limits, SpeedPlanner, speed_task
+from bitepoint.planning.speed_planner import HIGHEST_PRICE, Limits, SpeedPlanner, speed_task
 from bitepoint.planning.speed_program import Grid, SpeedProgram
 from bitepoint.planning.speed_stage import Stage
 from bitepoint.planning.speed_sweep import Sweep, sweep
@@ -121,7 +121,7 @@ def test_lives_agree(car: RecordArray) -> None:
     plan = Sweep.zeros()
     plan["stations"], plan["gears"], plan["width"] = 4, 6, 5
     road = np.array([[5.0, 0.01, -1.0]] * 3)
-    grids = np.array([[20.0, 0.0, 1, 1], *[[20.0, 5.0, 5, 5]] * 3])
+    grids = np.array([[20.0, 0.0, 1], *[[20.0, 5.0, 5]] * 3])
     flags = np.concatenate((np.zeros(8), np.ones(18))).astype(np.int64)
     found: list[Any] = []
     for life in ("interpreted", "compiled"):
@@ -290,6 +290,37 @@ def test_stop_lines_and_limits_on_the_way(car: RecordArray) -> None:
     idle = fuel_flow.run(car["engine"], car["engine"]["idle_speed"][0], 0.0)[0]
     assert plan.total_time - free.total_time == pytest.approx(5.0)
     assert plan.total_fuel - free.total_fuel == pytest.approx(5.0 * idle)
+
+
+@pytest.mark.parametrize(("line", "least"), [(2.0, -1.0), (5.0, -1.0), (150.0, -0.7), (150.0, -0.3), (150.0, -0.1)])
+def test_a_line_can_be_near_and_the_slowing_down_to_it_gentle(car: RecordArray, line: float, least: float) -> None:
+    launch = Launch(5.0 / 3.6, 49.8 / 3.6, minimum_acceleration=least, dwell=2.0)
+    plan = launch_planner(car, launch, road=Route.flat(300.0, stops=[line])).plan(1e-3)
+    assert plan.optimal
+    assert plan.speed[plan.distance == line] == pytest.approx(0.0)
+    assert plan.acceleration[:-1][~plan.shifting[:-1]].min() >= least - 1e-6
+
+
+def test_where_the_vehicle_cannot_slow_down_in_time_it_is_told(car: RecordArray) -> None:
+    launch = Launch(8.0, 49.8 / 3.6, minimum_acceleration=-1.0)
+    plan = launch_planner(car, launch, road=Route.flat(300.0, stops=[20.0])).plan(1e-3)
+    assert not plan.optimal
+    assert "at 20 m: no slower than 4.9 m/s, where 0 m/s is wanted" in plan.reason
+    with pytest.raises(InputError, match="cannot stop"):
+        launch_planner(car, PAPER, road=Route.flat(300.0, stops=[20.0]))
+    assert launch_planner(car, PAPER, road=Route.flat(150.0, stops=[0.0])).plan(1e-3).optimal
+
+
+def test_a_time_that_no_plan_meets_gets_the_fastest(car: RecordArray) -> None:
+    road = Route.flat(400.0, grade=-0.15)
+    planner = launch_planner(car, Launch(5.0 / 3.6, 49.8 / 3.6, minimum_acceleration=-1.5), road=road)
+    timed = planner.plan_at_time(10.0)
+    assert timed.late(10.0)
+    assert timed.price == HIGHEST_PRICE
+    assert timed.plan.total_time < 1.001 * planner.plan(10.0 * HIGHEST_PRICE).total_time
+    met = planner.plan_at_time(timed.plan.total_time + 5.0)
+    assert not met.late(timed.plan.total_time + 5.0)
+    assert met.plan.total_time == pytest.approx(timed.plan.total_time + 5.0, rel=5e-3)
 
 
 def test_shifts_cost(car: RecordArray) -> None:

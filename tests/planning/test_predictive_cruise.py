@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -90,6 +92,42 @@ def test_a_part_of_a_road_is_that_part() -> None:
     part = road_window(road, 510.0, 1510.0)
     at = np.linspace(0.0, 1000.0, 77)
     assert np.interp(at, part.distance, part.grade) == pytest.approx(np.interp(at + 510.0, road.distance, road.grade))
+
+
+@pytest.mark.parametrize("gap", [1.0, 3.0, 30.0])
+@pytest.mark.parametrize("least", [-0.3, -4.0])
+def test_two_lines_can_be_near_each_other(model: RecordArray, gap: float, least: float) -> None:
+    road, cruise = Route.flat(2500.0, stops=[1200.0, 1200.0 + gap]), replace(CRUISE, minimum_acceleration=least)
+    receding = RecedingCruise(model, road, cruise)
+    driven, whole = receding.drive(), cruise_planner(model, road, cruise).plan(receding.time_price)
+    assert driven.distance[driven.speed == 0.0] == pytest.approx(road.stops)
+    cost = [plan.total_fuel + receding.time_price * plan.total_time for plan in (driven, whole)]
+    assert cost[0] == pytest.approx(cost[1], rel=3e-3)
+
+
+def test_a_limit_just_behind_a_line_hardly_costs_more(model: RecordArray) -> None:
+    s = np.array([0.0, 1000.0, 1001.0, 2000.0])
+    price = set_speed_price(model, CRUISE.set_speed)
+    costs: list[float] = []
+    for limit in (25.0, 24.9):  # as good as none: but the road is cut there
+        road = Route.of_grade(s, np.zeros(4), np.array([25.0, 25.0, limit, 25.0]), np.array([1000.0]))
+        costs.append(cruise_planner(model, road, CRUISE).plan(price).cost)
+    assert costs[1] == pytest.approx(costs[0], rel=2e-3)
+
+
+def test_windows_mind_a_lower_limit_beyond_their_end(model: RecordArray) -> None:
+    s, limit = np.array([0.0, 1500.0, 2500.0, 3000.0]), np.array([80.0, 30.0, 80.0, 80.0]) / 3.6
+    road = Route.of_grade(s, np.zeros(4), limit, np.empty(0))
+    driven = RecedingCruise(model, road, replace(CRUISE, set_speed=75.0 / 3.6, horizon=300.0)).drive()
+    slow = (driven.distance >= 1500.0) & (driven.distance <= 2500.0)
+    assert driven.speed[slow].max() <= 30.0 / 3.6 + 1e-6
+    assert driven.speed[driven.distance < 1100.0].min() > 70.0 / 3.6
+
+
+def test_where_the_band_cannot_be_kept_it_is_told(model: RecordArray) -> None:
+    road, cruise = Route.flat(2000.0, stops=[1000.0]), replace(CRUISE, minimum_acceleration=-0.2)
+    with pytest.raises(InputError, match=r"at 1000 m: no slower than 4\.\d+ m/s, where 0 m/s is wanted"):
+        compare_cruise(model, road, cruise)
 
 
 def test_half_the_grid(model: RecordArray) -> None:

@@ -39,6 +39,11 @@ MOST_TIME_MISSED = 4e-3
 LONGEST_STAGE = 10.0
 """Way, m, over which a drive is averaged to see what its gears cost; a short one has 150 stages."""
 
+NOT_ARRIVED = "the planned drive, or the baseline, does not arrive"
+NOT_FAST = "no plan is as fast as the baseline"
+NOT_MET = "no planned drive takes the time of the baseline"
+"""Why there is no comparison."""
+
 UNITS: Mapping[str, str] = {
     "fuel_saving_equal_time": "1",
     "fuel_saving_raw": "1",
@@ -120,18 +125,20 @@ class Comparer:
         values: dict[str, float | None] = dict.fromkeys(UNITS)
         values["plan_time"], values["grid_gap"] = self._planned_again()
         recordings: dict[str, Recording] = {}
+        reason = "" if driven is not None and baseline is not None else NOT_ARRIVED
         if baseline is not None:
             recordings["baseline"] = baseline.recording
             values["baseline_fuel"], values["baseline_time"] = baseline.fuel, baseline.time
         if baseline is not None and driven is not None:
             values["fuel_saving_raw"] = 1.0 - driven.fuel / baseline.fuel
             values["mean_speed_loss"] = self.planned.length * (1.0 / baseline.time - 1.0 / driven.time)
-            plan, price, equal = self._equal_time(driven, baseline.time)
+            plan, price, equal, reason = self._equal_time(driven, baseline.time)
             if equal is not None:
                 recordings |= {} if equal is driven else {"equal-time": equal.recording}
                 values |= self._savings(plan, price, equal, baseline)
         finite = {name: None if value is None or not np.isfinite(value) else value for name, value in values.items()}
-        return Comparison({name: Metric(finite[name], unit) for name, unit in UNITS.items()}, recordings)
+        whys = {name: reason if value is None else "" for name, value in finite.items()}
+        return Comparison({name: Metric(finite[name], unit, whys[name]) for name, unit in UNITS.items()}, recordings)
 
     def _planned_again(self) -> tuple[float, float]:
         """Return what a plan takes, s, once its kernels are loaded, and by how much the halved grid lowers its cost."""
@@ -139,23 +146,29 @@ class Comparer:
         again = self.planned.planner.plan(self.planned.price, gap=not known)
         return again.plan_time, plan.grid_gap if known else again.grid_gap
 
-    def _equal_time(self, driven: Drive, time: float) -> tuple[SpeedPlan, float, Drive | None]:
-        """Return the plan whose drive takes `time` (s), its price of time, and the drive: this one, if it does."""
+    def _equal_time(self, driven: Drive, time: float) -> tuple[SpeedPlan, float, Drive | None, str]:
+        """Return the plan whose drive takes `time` (s), its price of time, and the drive: this one, if it does.
+
+        Where there is none, the last that was tried, and why not.
+        """
         plan, price = self.planned.plan, self.planned.price
         if abs(driven.time - time) <= TIME_MISSED * time:
-            return plan, price, driven
+            return plan, price, driven, ""
         late = driven.time - plan.total_time
-        drive = None
+        drive, reason = None, NOT_MET
         for _ in range(TURNS):
             timed = self.planned.planner.plan_at_time(time - late)
             plan, price = timed.plan, timed.price
+            if timed.late(time - late):
+                drive, reason = None, NOT_FAST
+                break
             drive = self.drive(self.planned.followed(self.parts, plan)) if plan.optimal else None
             if drive is None or abs(drive.time - time) <= TIME_MISSED * time:
                 break
             late += drive.time - time
         met = drive is not None and abs(drive.time - time) <= MOST_TIME_MISSED * time
         faster = drive is not None and price == 0.0 and drive.time < time  # the cheapest plan of all, and yet faster
-        return plan, price, drive if met or faster else None
+        return (plan, price, drive, "") if met or faster else (plan, price, None, reason)
 
     def _savings(self, plan: SpeedPlan, price: float, equal: Drive, baseline: Drive) -> dict[str, float | None]:
         reference = self.corrected(baseline)

@@ -194,7 +194,7 @@ def planned_drive(scenario: Scenario, settings: Settings, vehicle: RecordArray) 
     plan_it = _launch if kind == "planner" else _cruise
     planner, plan, price, length, target = plan_it(task[0], model, vehicle, route)
     if not plan.optimal:
-        raise InputError(kind, plan.reason, "expected other speeds, a longer way or another road")
+        raise InputError(kind, plan.reason, "expected other speeds or accelerations, a longer way or another road")
     return PlannedDrive(kind, baseline, model, planner, plan, price, length, target, float(task[0]["dwell"]), route)
 
 

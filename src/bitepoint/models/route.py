@@ -15,6 +15,10 @@ STEEPEST = 0.3
 """Steepest grade of a road for motor vehicles, rise over run: the steepest public ones have about 0.35."""
 
 
+LEAST_BETWEEN_STOPS = 1.0
+"""Least way between two stop lines, m: a vehicle that stands at one of two nearer ones stands at both."""
+
+
 @dataclass(frozen=True)
 class Route:
     """A road over distance, shape (n,) each, n >= 2.
@@ -60,6 +64,10 @@ class Route:
         inside = (self.stops >= 0.0) & (self.stops <= self.length)
         if self.stops.ndim != 1 or not inside.all() or not (np.diff(self.stops) > 0.0).all():
             raise InputError("route", "stops out of order or off the road", f"expected rising m of 0..{self.length:g}")
+        near = np.flatnonzero(np.diff(self.stops) < LEAST_BETWEEN_STOPS - 1e-6)
+        if near.size:
+            lines = f"stop lines at {self.stops[near[0]]:.6g} and {self.stops[near[0] + 1]:.6g} m"
+            raise InputError("route", lines, f"expected {LEAST_BETWEEN_STOPS:g} m between two at least")
 
     @staticmethod
     def of_grade(distance: Floats, grade: Floats, speed_limit: Floats, stops: Floats) -> Route:

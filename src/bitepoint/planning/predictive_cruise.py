@@ -6,6 +6,7 @@ does not spend the kinetic energy that is left at its end: it is worth there wha
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 
@@ -24,14 +25,16 @@ from bitepoint.records import RecordArray
 CRUISE_GRID = Grid(spacing=50.0, steps=24, halvings=0, refinements=2)
 """Half of it moves the fuel by some 0.1 %."""
 
-STOPPING_GRID = Grid(spacing=50.0, steps=50, halvings=1, refinements=4, short=40.0)
+STOPPING_GRID = Grid(spacing=50.0, steps=50, halvings=1, refinements=4, short=5.0)
 """The same for a road with stop lines: within 1 % of what stages of 5 m and eight times the steps find."""
 
 HOLDING = 10.0
 """Price of time of a vehicle that holds its set speed, over the price at which that speed is worth driving."""
 
 ROOM_TO_STOP = 1.5
-"""Way before a line at which a window ends, over the shortest in which the vehicle stops."""
+"""Way to a line, or to a lower limit, that a window minds beyond its end, over the shortest that the vehicle takes."""
+
+ROAD_THAT_GOES = "expected another set speed, band or cruise.minimum_acceleration, or another road"
 
 HELD_BAND = 0.5
 """Speed by which it may fall behind where torque would do, as in a shift, m/s."""
@@ -135,7 +138,7 @@ def compare_cruise(
     """
     held = set_speed_cruise(model, road, cruise, limits=limits, grid=grid)
     if not held.optimal:
-        raise InputError("cruise", held.reason, "expected a road that the vehicle climbs")
+        raise InputError("cruise", held.reason, ROAD_THAT_GOES)
     planner = cruise_planner(model, road, cruise, limits=limits, grid=grid)
     return CruiseComparison(held, planner.plan_at_time(held.total_time))
 
@@ -177,10 +180,10 @@ class RecedingCruise:
         end, speeds = self.end(position)
         ahead = road_window(self.road, position, end)
         last = speeds is not None
-        low = min(v - band, speed)
+        low, most = min(v - band, speed), min(v + band, self.seen(end))
         journey = Journey(
-            ahead, speed, speeds or (low, v + band), max(v + band, speed), low, gear, self.cruise.minimum_acceleration,
-            end_value=0.0 if last else self.worth,
+            ahead, speed, speeds or (min(low, most), most), max(v + band, speed), low, gear,
+            self.cruise.minimum_acceleration, end_value=0.0 if last else self.worth,
         )  # fmt: skip
         grid = STOPPING_GRID if min(speed, journey.end_speed[1]) < SLOW else CRUISE_GRID
         return SpeedPlanner(self.model, journey, self.limits, self.grid or grid).plan(self.time_price)
@@ -199,6 +202,14 @@ class RecedingCruise:
                 return float(lines[0]), (0.0, 0.0)
         return (length, (v, v)) if far >= length else (far, None)
 
+    def seen(self, position: float) -> float:
+        """Return the highest speed at `position` (m), m/s, from which the limits beyond are kept with ease."""
+        s, limit = self.road.distance, self.road.speed_limit
+        ahead = s > position
+        slowing = max(-self.cruise.minimum_acceleration, 0.0) / ROOM_TO_STOP
+        squared = limit[ahead] ** 2 + 2.0 * slowing * (s[ahead] - position)
+        return math.sqrt(float(np.min(squared, initial=math.inf)))
+
     def windows(self) -> Iterator[Window]:
         """Yield the windows along the road, each from where the plan before it has led."""
         position, speed, gear = float(self.road.distance[0]), self.cruise.set_speed, None
@@ -206,9 +217,7 @@ class RecedingCruise:
         while position < end - 1e-6:
             plan = self.plan(position, speed, gear)
             if not plan.optimal:
-                raise InputError(
-                    "cruise", f"at {position:.0f} m: {plan.reason}", "expected a road that the vehicle climbs"
-                )
+                raise InputError("cruise", f"window from {position:.0f} m: {plan.reason}", ROAD_THAT_GOES)
             cut = self._cut(plan, self.end(position)[1] is not None)
             yield Window(position, _until(plan, cut))
             position, speed = position + float(plan.distance[cut]), float(plan.speed[cut])

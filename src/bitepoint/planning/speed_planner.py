@@ -25,8 +25,11 @@ from bitepoint.records import RecordArray
 FIRST_PRICE = 1e-3
 """Price of time that a search for one begins with, kg/s."""
 
+HIGHEST_PRICE = 1.0
+"""Highest price of time that is tried, kg/s: there nothing is worth saving but time."""
+
 MOST_PRICES = 12
-"""Most prices that are tried for a time, with any gears, and again with those of the plans on either side of it."""
+"""Most prices that are tried for a time between two, with any gears, and again with those of the plans next to it."""
 
 LEAST_REFINEMENTS = 4
 """Least refinements of the steps with gears that are given; so many of them are searched again at each price."""
@@ -65,7 +68,8 @@ class TimedPlan:
 
     Attributes:
         plan: the best that was found; it misses the time by up to 1e-4 of it, more where it says so.
-        fuel: what it would take at exactly that time, kg: the rest is valued at the price of time of the bound.
+        fuel: what it would take at exactly that time, kg: the rest is valued at the price of time of the bound. Of the
+            fastest plan, where none is fast enough, what it takes.
         bound: fuel that no plan of that time undercuts on the planner's grid, kg, from the prices that were tried: the
             convex hull of the front, in which gears make gaps. The plan itself is on a grid four times as fine.
         price: of time, kg/s, of the bound: what a second more or less is worth there.
@@ -80,6 +84,10 @@ class TimedPlan:
     def gap(self) -> float:
         """Share of the fuel by which the plan may be away from the best of its time; below 0 by what the grid gives."""
         return 1.0 - self.bound / self.fuel
+
+    def late(self, total_time: float) -> bool:
+        """Return whether the plan takes longer than `total_time` (s) because none is faster."""
+        return self.price >= HIGHEST_PRICE and self.plan.total_time > total_time * (1.0 + TIME_TOLERANCE)
 
 
 def speed_task(model: RecordArray, limits: Limits) -> RecordArray:
@@ -166,6 +174,9 @@ class SpeedPlanner:
         fast = [plan.time_price for plan in known if plan.total_time <= total_time]
         _search_price(self._any_gears, total_time, slow, min(fast, default=4.0 * slow.time_price))
         known = [plan for plan, _ in self._tried.values()]
+        fastest = min(known, key=lambda plan: plan.total_time)
+        if fastest.total_time > total_time:
+            return TimedPlan(fastest, fastest.total_fuel, fastest.total_fuel, HIGHEST_PRICE)
         tight = max(known, key=lambda plan: plan.cost - plan.time_price * total_time)
         bound, worth = tight.cost - tight.time_price * total_time, tight.time_price
         tried = sorted(self._tried.values(), key=lambda pair: abs(pair[0].total_time - total_time))
@@ -195,7 +206,8 @@ class SpeedPlanner:
 
     def _why(self) -> str:
         low, high = self.journey.end_speed
-        return f"no way from {self.journey.start_speed:g} m/s to {low:g}..{high:g} m/s keeps speeds, torque and limits"
+        speeds = f"{self.journey.start_speed:g} m/s to {low:g}..{high:g} m/s"
+        return self.program.obstacle() or f"no way from {speeds} keeps speeds, torque and limits"
 
     def _with_gears(self, near: tuple[SpeedPlan, Answer], total_time: float) -> SpeedPlan:
         """Return the plan nearest to a time among those with the gears of another, at whichever price."""
@@ -238,14 +250,12 @@ def _search_price(
     """
     low, plans = slow, [slow]
     price = price or FIRST_PRICE
-    high = solve(price)
-    for _ in range(MOST_PRICES):
+    high = solve(min(price, HIGHEST_PRICE))
+    while high.time_price < HIGHEST_PRICE and high.total_time > total_time:
         plans.append(high)
-        if not high.optimal or high.total_time <= total_time:
-            break
-        low, price = high, 4.0 * price
-        high = solve(price)
-    for _ in range(MOST_PRICES):
+        low, high = high, solve(min(4.0 * high.time_price, HIGHEST_PRICE))
+    plans.append(high)
+    for _ in range(MOST_PRICES if high.total_time <= total_time else 0):
         if min(abs(plan.total_time - total_time) for plan in plans) <= TIME_TOLERANCE * total_time:
             break
         width = high.time_price - low.time_price
@@ -253,4 +263,4 @@ def _search_price(
         middle = solve(low.time_price + width * min(max(share, 0.15), 0.85))
         plans.append(middle)
         low, high = (middle, high) if middle.total_time > total_time else (low, middle)
-    return [plan for plan in plans if plan.optimal]
+    return plans

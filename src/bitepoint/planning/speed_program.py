@@ -23,15 +23,12 @@ from bitepoint.models.plan import CostToGo, Floats, Integers
 from bitepoint.parts.torque_engine import highest_torque
 from bitepoint.planning.speed_stage import NEVER, Stage
 from bitepoint.planning.speed_sweep import Sweep, sweep
-from bitepoint.planning.stations import Journey, Stations, place_stations
+from bitepoint.planning.stations import EASE, Journey, Spacing, Stations, place_stations
 from bitepoint.records import RecordArray
 from bitepoint.units import STANDARD_GRAVITY
 
 REACH_POINTS = 200
 """Points of v^2 at which the highest acceleration is told, to see what the start can reach."""
-
-EASE = 0.8
-"""Share of the highest pull that a vehicle is trusted with uphill, for what gears and shifts take; else it may slow."""
 
 MOST_TURNS = 6
 """Most sweeps of one tube; each later one lies around the answer before."""
@@ -45,7 +42,8 @@ class Grid:
         spacing: longest stage of the first sweep, m; steps: of v^2 from the lowest to the highest speed there.
         halvings: of the stages, each together with the steps; refinements: of the steps alone, after these.
         reach: nodes of a tube to either side of the last answer.
-        short: longest stage of the first sweep next to a place where the vehicle is slow, m.
+        short, growth: shortest stage of the first sweep, m, next to a place where the vehicle is slow, and length of a
+            stage over the way from there.
     """
 
     spacing: float = 5.0
@@ -53,12 +51,14 @@ class Grid:
     halvings: int = 0
     refinements: int = 2
     reach: int = 6
-    short: float = 5.0
+    short: float = 0.625
+    growth: float = 0.2
 
     @property
     def halved(self) -> Grid:
         """The grid with stages and steps of half the size, in all its sweeps."""
-        return replace(self, spacing=self.spacing / 2.0, short=self.short / 2.0, steps=2 * self.steps)
+        sizes = {name: 0.5 * getattr(self, name) for name in ("spacing", "short", "growth")}
+        return replace(self, steps=2 * self.steps, **sizes)
 
 
 class Steps(NamedTuple):
@@ -117,9 +117,15 @@ class SpeedProgram:
     def stations(self, halvings: int) -> Stations:
         """Return the stations after some halvings of the stages."""
         if halvings not in self._places:
-            places = self._eased(place_stations(self.journey, self.grid.spacing, self.grid.short, halvings))
-            self._places[halvings] = replace(places, reach=self._reach(places))
+            places = self._placed(halvings)
+            high = np.minimum(self._reached(places), self._slowed(places))
+            self._places[halvings] = replace(places, high=np.maximum(high, places.low))
         return self._places[halvings]
+
+    def _placed(self, halvings: int) -> Stations:
+        """Return the stations with the band of speeds that is wanted."""
+        spacing = Spacing(self.grid.spacing, self.grid.short, self.grid.growth)
+        return self._eased(place_stations(self.journey, spacing, halvings))
 
     def _eased(self, places: Stations) -> Stations:
         """Return stations whose lowest speed gives way where the engine cannot hold it uphill."""
@@ -133,6 +139,17 @@ class SpeedProgram:
             low[k + 1] = max(min(low[k] + 2.0 * gain * length, low[k + 1]), 0.0)
         low[-1] = places.low[-1]
         return replace(places, low=low)
+
+    def obstacle(self) -> str:
+        """Return where speeds alone leave no way, whatever engine and gears do; nothing where they leave one."""
+        places, least = self._placed(0), self.journey.start_speed**2
+        for k, length in enumerate(places.length):
+            least = max(least - 2.0 * self._slowing(places.grade[k], least) * length, 0.0)
+            if least > places.high[k + 1] + 1e-9:
+                return _told(places, k + 1, least, "slower", places.high[k + 1])
+        most: list[float] = self._reached(places).tolist()
+        slow: list[int] = np.flatnonzero(np.array(most) < places.low - 1e-9).tolist()
+        return _told(places, slow[0], most[slow[0]], "faster", places.low[slow[0]]) if slow else ""
 
     def solve(self) -> tuple[Answer | None, CostToGo]:
         """Return the best steps, None where there is no way, and the cost to go over the whole band of speeds."""
@@ -173,8 +190,6 @@ class SpeedProgram:
         allowed = np.ones((count - 1, g), np.int64) if gears is None else gears
         road = np.column_stack((stations.length.round(9), stations.grade.round(12), self._least(stations)))
         flags = self._flags(stations, road, grids, allowed)
-        node = (stations.reach - grids[:, 0]) / np.where(grids[:, 1] > 0.0, grids[:, 1], 1.0)
-        grids = np.column_stack((grids, np.clip(np.ceil(node) + 1.0, 1.0, grids[:, 2])))  # nodes that can be reached
         plan = Sweep.zeros()
         plan["stations"], plan["gears"], plan["width"] = count, g, width
         edge, reach = np.empty(g * width * (2 * width + g)), np.empty((4 * g + 1) * width, np.int64)
@@ -197,7 +212,7 @@ class SpeedProgram:
         count = len(grids)
         same = np.zeros(count, np.int64)
         alike = (road[:-1] == road[1:]).all(axis=1) & (allowed[:-1] == allowed[1:]).all(axis=1)
-        alike &= (grids[:-2, :3] == grids[1:-1, :3]).all(axis=1) & (grids[1:-1, :3] == grids[2:, :3]).all(axis=1)
+        alike &= (grids[:-2] == grids[1:-1]).all(axis=1) & (grids[1:-1] == grids[2:]).all(axis=1)
         alike &= ~(stations.stops[1:-1] | stations.stops[2:])
         longest = (float(np.sqrt(stations.high.max())) + 1.0) * float(self.task["shift_time"][0])
         ends = np.asarray(stations.distance[:-2] + longest, np.float64)
@@ -208,8 +223,8 @@ class SpeedProgram:
         standing = stations.stops | (stations.high == 0.0)
         return np.concatenate((np.column_stack((standing, same)).ravel(), allowed.ravel())).astype(np.int64)
 
-    def _reach(self, stations: Stations) -> Floats:
-        """Return the v^2, m^2/s^2, that the vehicle cannot exceed from the start on."""
+    def _reached(self, stations: Stations) -> Floats:
+        """Return the v^2, m^2/s^2, that the vehicle cannot exceed from the start on, and from each line on."""
         top = float(stations.high.max()) + 1e-9
         pull = np.maximum.accumulate(self._pull(np.linspace(0.0, top, REACH_POINTS + 1))[::-1])[::-1]
         most = stations.high.copy()
@@ -217,6 +232,18 @@ class SpeedProgram:
             gain = pull[int(most[k] / top * REACH_POINTS)] - self._resistance(stations.grade[k], 0.0)
             most[k + 1] = min(most[k] + 2.0 * gain * length, most[k + 1])
         return most
+
+    def _slowed(self, stations: Stations) -> Floats:
+        """Return the v^2, m^2/s^2, from which the vehicle can still slow down to what is allowed ahead."""
+        most = stations.high.copy()
+        for k in range(len(most) - 2, -1, -1):
+            rate = self._slowing(stations.grade[k], most[k])
+            most[k] = min(most[k + 1] + 2.0 * rate * stations.length[k], most[k])
+        return most
+
+    def _slowing(self, grade: float, squared: float) -> float:
+        """Return the highest deceleration from a v^2 (m^2/s^2), m/s^2: the one that is allowed, or that of a shift."""
+        return max(-self.journey.minimum_acceleration, self._resistance(grade, squared), 0.0)
 
     def _pull(self, squared: Floats) -> Floats:
         """Return what the engine in its best gear can accelerate the vehicle by at each v^2, m/s^2, losses left out."""
@@ -261,18 +288,31 @@ class SpeedProgram:
         return Answer(stations, steps, float(value[0, int(steps.old[0]) - 1, 0]), rim)
 
 
+def _told(places: Stations, at: int, squared: float, side: str, wanted: float) -> str:
+    """Return what v^2 is possible, m^2/s^2, and what is wanted."""
+    speeds = f"no {side} than {math.sqrt(squared):.3g} m/s, where {math.sqrt(wanted):.3g} m/s is wanted"
+    return f"at {places.distance[at]:.4g} m: {speeds}"
+
+
+def _steps(stations: Stations, steps: int) -> tuple[Integers, Floats]:
+    """Return how many steps the grid of each station has, and their size, m^2/s^2; a low band has half of `steps`."""
+    band = stations.high - stations.low
+    count = np.where(band > 0.5 * band.max(), steps, steps // 2)
+    return count, band / count
+
+
 def _whole(stations: Stations, steps: int) -> Floats:
     """Return the grids of the whole band, shape (stations, 3): lowest v^2, step, nodes."""
-    step = (stations.high - stations.low) / steps
-    return np.column_stack((stations.low, step, np.where(step > 0.0, steps + 1, 1)))
+    count, step = _steps(stations, steps)
+    return np.column_stack((stations.low, step, np.where(step > 0.0, count + 1, 1)))
 
 
 def _tube(stations: Stations, squared: Floats, steps: int, reach: int) -> Floats:
     """Return the part of the grids of the whole band that is near `squared`, likewise."""
-    step = (stations.high - stations.low) / steps
+    count, step = _steps(stations, steps)
     middle = np.round((squared - stations.low) / np.where(step > 0.0, step, 1.0))
-    first = np.clip(middle - reach, 0.0, max(steps - 2 * reach, 0))
-    nodes = np.where(step > 0.0, min(2 * reach, steps) + 1, 1)
+    first = np.clip(middle - reach, 0.0, np.maximum(count - 2 * reach, 0))
+    nodes = np.where(step > 0.0, np.minimum(2 * reach, count) + 1, 1)
     return np.column_stack((stations.low + np.where(step > 0.0, first, 0.0) * step, step, nodes))
 
 

@@ -11,7 +11,7 @@ its costs are kept.
 Memory is flat, with G gears (0 is the first here) and W the most nodes of a station:
 
     road     3 a stage: length (m), grade, lowest acceleration (m/s^2)
-    grids    4 a station: lowest v^2, step of v^2 (m^2/s^2), nodes, and how many of them the start can reach
+    grids    3 a station: lowest v^2, step of v^2 (m^2/s^2), and nodes
     flags    2 a station: 1 where the vehicle stands, 1 where the costs of its stage are those of the one after it;
              then G a stage: 1 where the gear may be driven in
     value, policy    a cost to go of NEVER: there is no way on; (k G + g) W + i
@@ -78,7 +78,7 @@ def fill_row(
     p: Sweep, t: SpeedTask, s: Stage, row: int, gear: int, grids: FloatArray, to: int, edge: FloatArray, reach: IntArray
 ) -> None:
     """Fill the costs, kg, of driving in a gear from p.before over p.length to the nodes of station `to`."""
-    base, step, nodes = grids[4 * to], grids[4 * to + 1], int(grids[4 * to + 2])
+    base, step, nodes = grids[3 * to], grids[3 * to + 1], int(grids[3 * to + 2])
     low = p.before + 2.0 * p.least * p.length - base
     locked = 1 if p.before >= launch_square(t, gear) else 0
     high = p.before + 2.0 * highest_acceleration(t, gear, locked) * p.length - base
@@ -130,7 +130,7 @@ def fill_shift(
 ) -> None:
     """Fill the costs of all shifts from node i of station k."""
     rows = p.gears * p.width
-    before = grids[4 * k] + grids[4 * k + 1] * i
+    before = grids[3 * k] + grids[3 * k + 1] * i
     t.road.grade = road[3 * k + 1]
     rolled = coast_length(t, before)
     m = landing(p, k, rolled, road, flags) if rolled >= 0.0 else k
@@ -163,12 +163,12 @@ def fill_stage(
     reach: IntArray,
 ) -> None:
     """Fill the costs of all steps from station k."""
-    for i in range(int(grids[4 * k + 3])):
+    for i in range(int(grids[3 * k + 2])):
         t.road.grade = road[3 * k + 1]
         for g in range(p.gears):
             row = g * p.width + i
             reach[2 * row], reach[2 * row + 1] = 0, -1
-            p.before = grids[4 * k] + grids[4 * k + 1] * i
+            p.before = grids[3 * k] + grids[3 * k + 1] * i
             p.length, p.least, p.extra = road[3 * k], road[3 * k + 2], 0.0
             if flags[2 * p.stations + k * p.gears + g] > 0:
                 fill_row(p, t, s, row, g + 1, grids, k + 1, edge, reach)
@@ -251,7 +251,7 @@ def sweep(
         k = p.stations - 2 - back
         if flags[2 * k + 1] == 0:
             fill_stage(p, t, s, k, road, grids, flags, edge, reach)
-        for i in range(int(grids[4 * k + 3])):
+        for i in range(int(grids[3 * k + 2])):
             choose(p, k, i, road, edge, reach, value, policy)
         if flags[2 * k] > 0:
             change_at_rest(p, k, value, policy)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -15,14 +16,15 @@ from bitepoint.parts.road_profile import rise_along
 ROOM_TO_CHANGE = 0.2
 """Acceleration with which the lowest speed of a band is approached from where the vehicle has to be slower, m/s^2."""
 
+EASE = 0.8
+"""Share of what a vehicle can do, pull uphill or slow down, that the lowest speed of a band counts on: gears and shifts
+take the rest."""
+
 SLOW = 5.0
 """Speed below which a vehicle is slow at a place, m/s: there the stages are short."""
 
-GROWTH = 0.25
-"""Longest stage beyond, over the way to such a place."""
-
-FINER = (8, 4, 2, 2)
-"""Pieces that the stages next to such a place are cut into, the nearest first."""
+LEAST_BETWEEN = 8
+"""Stages between two such places, at least."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ class Journey:
                 "plan", f"speeds {self.start_speed:g}, {low:g}..{high:g} m/s in {self.lowest_speed:g}.."
                 f"{self.highest_speed:g} m/s", "expected speeds of 0 or more, lowest first",
             )  # fmt: skip
-        if self.minimum_acceleration < 0.0 or not len(self.road.stops):
+        if self.minimum_acceleration < 0.0 or not (self.road.stops > 0.0).any():
             return
         raise InputError(
             "plan", "a vehicle that may not slow down cannot stop", "expected no stop lines, or less than 0 m/s^2"
@@ -68,14 +70,12 @@ class Stations:
 
     Attributes:
         distance: m, shape (stations,); low, high: allowed v^2, m^2/s^2; stops: where the vehicle stands.
-        reach: v^2 that the vehicle cannot exceed from the start on, m^2/s^2.
         grade: mean over each stage, shape (stages,).
     """
 
     distance: Floats
     low: Floats
     high: Floats
-    reach: Floats
     stops: Flags
     grade: Floats
 
@@ -85,52 +85,80 @@ class Stations:
         return np.diff(self.distance)
 
 
-def place_stations(journey: Journey, spacing: float, short: float, halvings: int = 0) -> Stations:
-    """Return the stations of a journey, at most `spacing` (m) apart, each stage then halved some times.
+@dataclass(frozen=True)
+class Spacing:
+    """How long stages are.
 
-    `short` (m): longest stage next to a place where the vehicle is slow.
+    Attributes:
+        longest: m; shortest: next to a place where the vehicle is slow, m; growth: length of a stage over the way from
+            there, in between.
+    """
 
-    Stop lines and changes of the limit get a station; stages between two of these are equal, but for those near a place
-    where the vehicle is slow: they become shorter towards it, and the last ones are halved, and halved again.
+    longest: float
+    shortest: float
+    growth: float
+
+    def between(self, a: float, b: float, slow: tuple[float, float], pieces: int) -> Floats:
+        """Return the stations from a up to b, b left out, each stage cut into `pieces`; all in m.
+
+        Args:
+            slow: the places next to a and b where the vehicle is slow, neither between them.
+        """
+        first, last = slow
+        near = replace(self, shortest=min(self.shortest, (last - first) / LEAST_BETWEEN))
+        half = near.stages(0.5 * (last - first))
+
+        def number(x: float) -> float:  # of stages from the first place to x, in parts of one
+            return near.stages(x - first) if x - first <= last - x else 2.0 * half - near.stages(last - x)
+
+        count = max(math.ceil(number(b) - number(a) - 1e-6), 1)
+        inside: list[float] = np.linspace(number(a), number(b), count + 1)[1:-1].tolist()
+        edges = [first + near.way(n) if n <= half else last - near.way(2.0 * half - n) for n in inside]
+        bounds: list[float] = [a, *edges, b]
+        stages: list[Floats] = [np.linspace(x, y, pieces + 1)[:-1] for x, y in pairwise(bounds)]
+        return np.concatenate(stages)
+
+    def stages(self, way: float) -> float:
+        """Return how many stages, in parts of one, there are within `way` (m) of a slow place."""
+        begin, end = self.shortest / self.growth, self.longest / self.growth
+        growing = math.log(min(max(way, begin), end) / begin) / self.growth
+        return min(way, begin) / self.shortest + growing + max(way - end, 0.0) / self.longest
+
+    def way(self, stages: float) -> float:
+        """Return the way from a slow place, m, within which there are so many stages."""
+        begin, end = self.shortest / self.growth, self.longest / self.growth
+        growing = min(max(stages - begin / self.shortest, 0.0), math.log(end / begin) / self.growth)
+        rest = stages - min(stages, begin / self.shortest) - growing
+        return min(stages * self.shortest, begin) * math.exp(growing * self.growth) + rest * self.longest
+
+
+def place_stations(journey: Journey, spacing: Spacing, halvings: int = 0) -> Stations:
+    """Return the stations of a journey, each stage halved some times.
+
+    Stop lines and changes of the limit get a station. The stages between two of these are as long as `spacing` says, or
+    all shorter by the same share, so that there is a whole number of them.
     """
     road = journey.road
     s, limit, stop_lines = road.distance, road.speed_limit, road.stops
     changes = s[1:-1][limit[1:-1] != limit[:-2]]
     marks = np.unique(np.concatenate(([0.0, s[-1]], stop_lines, changes)))
-    slow = set(stop_lines)
+    slow = set(stop_lines.tolist())
     slow |= {0.0} if journey.start_speed < SLOW else set()
-    slow |= {marks[-1]} if journey.end_speed[1] < SLOW else set()
-    pieces = [_stages(a, b, spacing, short, (a in slow, b in slow), halvings) for a, b in pairwise(marks)]
+    slow |= {float(s[-1])} if journey.end_speed[1] < SLOW else set()
+    far = float(s[-1]) + spacing.longest / spacing.growth
+    places = np.array([-far, *sorted(slow), s[-1] + far])
+    pieces: list[Floats] = []
+    cuts: list[float] = marks.tolist()
+    for a, b in pairwise(cuts):
+        beyond = int(np.searchsorted(places, a, side="right"))
+        near = float(places[beyond - 1]), float(places[beyond])
+        pieces.append(spacing.between(a, b, near, 2**halvings))
     distance = np.append(np.concatenate(pieces), marks[-1])
     stops = np.isin(distance, stop_lines)
     stops[0] = False
     low, high = _bands(journey, distance, stops, _limits(s, limit, distance))
     rise = rise_along(s, road.grade, distance)
-    return Stations(distance, low, high, high, stops, np.diff(rise) / np.diff(distance))
-
-
-def _stages(a: float, b: float, spacing: float, short: float, slow: tuple[bool, bool], halvings: int) -> Floats:
-    """Return the stations from a up to b, b left out; `slow`: whether the vehicle is, at a and at b."""
-    graded = [_graded(0.5 * (b - a) if all(slow) else b - a, spacing, short) if each else [0.0] for each in slow]
-    first, last = a + graded[0][-1], b - graded[1][-1]
-    uniform: Floats = np.linspace(first, last, max(int(np.ceil((last - first) / spacing - 1e-9)), 1) + 1)
-    edges = np.array([*(a + x for x in graded[0][:-1]), *uniform, *(b - x for x in graded[1][-2::-1])])
-    parts = np.full(len(edges) - 1, 2**halvings)
-    for n, share in enumerate(FINER[: len(parts)]):
-        for k in np.array((n, -1 - n))[list(slow)]:
-            parts[k] = max(int(parts[k]), share * 2**halvings)
-    pieces: list[Floats] = [
-        np.linspace(float(x), float(y), int(p) + 1)[:-1] for (x, y), p in zip(pairwise(edges), parts, strict=True)
-    ]
-    return np.concatenate(pieces)
-
-
-def _graded(length: float, spacing: float, short: float) -> list[float]:
-    """Return the edges of stages from a slow place on that are shorter than `spacing`, up to `length`, all in m."""
-    edges = [0.0]
-    while (size := max(short, GROWTH * edges[-1])) < spacing and edges[-1] + size < length:
-        edges.append(edges[-1] + size)
-    return edges
+    return Stations(distance, low, high, stops, np.diff(rise) / np.diff(distance))
 
 
 def _limits(s: Floats, limit: Floats, distance: Floats) -> Floats:
@@ -147,7 +175,7 @@ def _bands(journey: Journey, distance: Floats, stops: Flags, limit: Floats) -> t
     high[0] = journey.start_speed**2
     low = np.minimum(journey.lowest_speed**2, high)
     low[-1] = min(journey.end_speed[0] ** 2, high[-1])
-    room = 2.0 * ROOM_TO_CHANGE * distance
+    room = 2.0 * min(ROOM_TO_CHANGE, EASE * max(-journey.minimum_acceleration, 0.0)) * distance
     low = np.minimum(np.minimum.accumulate(low - room) + room, low)
     low = np.minimum(np.minimum.accumulate((low + room)[::-1])[::-1] - room, low)
     low[0], low[-1] = high[0], min(journey.end_speed[0] ** 2, high[-1])
