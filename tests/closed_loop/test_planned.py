@@ -174,12 +174,13 @@ def stands(recording: Recording) -> list[tuple[float, float]]:
             {"planner.minimum_acceleration": "-2 m/s^2", "planner.time_price": "2 g/s"},
         ),
         ("eco-launch", 400.0, [151.0], -0.10, {"planner.minimum_acceleration": "-2 m/s^2"}),
+        ("eco-launch", 400.0, [151.0], -0.20, {"planner.minimum_acceleration": "-1 m/s^2"}),
     ],
 )
 def test_stop_lines_are_kept(
     tmp_path: Path, scenario: str, length: float, stops: list[float], grade: float, settings: dict[str, str]
 ) -> None:
-    """By the plan and by the baseline: within a metre of each line, for as long as was asked."""
+    """By the plan and by the baseline: within half a metre of each line, for as long as was asked."""
     kind = "planner" if scenario == "eco-launch" else "cruise"
     road = road_with_stops(tmp_path / "road.csv", length, stops, grade)
     result = bitepoint.run(scenario, {"road": road, f"{kind}.dwell": "3 s", **settings})
@@ -187,10 +188,18 @@ def test_stop_lines_are_kept(
     assert {"baseline"} <= set(result.compared)
     for recording in (result.recording, *result.compared.values()):
         stood = stands(recording)
-        assert [way for way, _ in stood] == pytest.approx(stops, abs=1.0)
+        assert [way for way, _ in stood] == pytest.approx(stops, abs=0.5)
         assert all(2.4 < time < 5.5 for _, time in stood)
-    assert value(result, "fuel_saving_equal_time") > 0.05
-    assert value(result, "saving_realised") > 0.9
+    assert value(result, "fuel_saving_equal_time") > 0.04
+    assert result.metrics["saving_realised"].value is None or value(result, "saving_realised") > 0.9
+
+
+def test_where_no_plan_is_as_fast_as_the_baseline_it_is_told(tmp_path: Path) -> None:
+    road = road_with_stops(tmp_path / "road.csv", 2000.0, [1000.0])
+    result = bitepoint.run("predictive-cruise", {"road": road, "cruise.minimum_acceleration": "-0.4 m/s^2"})
+    assert result.status == "arrived"
+    assert result.metrics["fuel_saving_raw"].value is not None
+    assert str(result.metrics["fuel_saving_equal_time"]) == "– (no plan is as fast as the baseline)"
 
 
 def test_lines_that_cannot_be_kept_are_refused(tmp_path: Path, refused: Refused) -> None:
@@ -216,7 +225,12 @@ def test_a_planned_drive_writes_the_drives_beside_it(tmp_path: Path) -> None:
         ("eco-launch", {"baseline": "sporty"}, "baseline: got sporty; expected one of eco, mid, typical, late, cruise"),
         ("eco-launch", {"planner.time_price": "-1 g/s"}, "planner.time_price"),
         ("eco-launch", {"planner.colour": "1"}, "--set: planner.colour: unknown key"),
-        ("eco-launch", {"planner.length": "12 m"}, "planner: no way from 1.38889 m/s to 13.8333..13.8333 m/s"),
+        (
+            "eco-launch",
+            {"planner.length": "12 m"},
+            "planner: at 12 m: no faster than 12.5 m/s, where 13.8 m/s is wanted",
+        ),
+        ("eco-launch", {"planner.length": "20 m"}, "planner: no way from 1.38889 m/s to 13.8333..13.8333 m/s"),
         (
             "eco-launch",
             {"speed": "x.csv", "speed.column": "v"},

@@ -19,10 +19,11 @@ from bitepoint.controllers.plan_table import PLAN_POINTS, plan_parameters
 from bitepoint.controllers.stop_lines import HARDEST, REACH, stop_lines
 from bitepoint.errors import InputError
 from bitepoint.models.fuel_model import FuelModel
-from bitepoint.models.longitudinal import LongitudinalModel
+from bitepoint.models.longitudinal import LongitudinalModel, driving_force
 from bitepoint.models.plan import Floats, SpeedPlan
 from bitepoint.models.route import Route
 from bitepoint.models.shift_map import with_shift_map
+from bitepoint.parts.body import Road
 from bitepoint.parts.road_profile import grade_profile
 from bitepoint.planning.drive_tasks import LONGEST_LAUNCH, CruiseTask, LaunchTask
 from bitepoint.planning.eco_launch import LAUNCH_GRID, Launch, launch_planner
@@ -52,6 +53,9 @@ MOST_STAGES = 60
 
 SLOWING_DOWN = 0.8
 """Deceleration with which the baseline comes to a lower limit, m/s^2 (chosen, a calm driver's)."""
+
+BEFORE_LINE = 20.0
+"""Way before a stop line whose mean slope the driver minds, m (chosen)."""
 
 MOST_DURATION = 3.0
 """Longest drive over the time that is planned for it."""
@@ -125,7 +129,7 @@ class PlannedDrive:
             row, beyond = math.floor(line / spacing), int(np.count_nonzero(distance <= line + 1e-6)) - 1
             for name, values in (("gear", gear), ("torque", torque), ("brake", brake)):
                 table[name][0, row] = values[beyond]
-        return _driven_to(parts, table, pedal_driver.PLAN, stop_lines(at, slowing, leaving, self.dwell, ROAD))
+        return _driven_to(parts, table, pedal_driver.PLAN, self._lines(slowing, leaving))
 
     def chasing(self, parts: Sequence[Part]) -> list[Part]:
         """Return the parts with the driver of the baseline, who chases the target, and brakes for limits and lines."""
@@ -137,9 +141,21 @@ class PlannedDrive:
         squared = np.minimum(np.minimum(limit, np.append(np.inf, limit[:-1])), target) ** 2
         room = 2.0 * SLOWING_DOWN * edges
         squared = np.minimum(squared, np.minimum.accumulate((squared + room)[::-1])[::-1] - room)
-        nothing, at = np.zeros(PLAN_POINTS), self.stops
-        lines = stop_lines(at, np.full(at.size, SLOWING_DOWN), np.full(at.size, HARDEST), self.dwell, ROAD)
-        return _driven_to(parts, plan_parameters(edges, np.sqrt(squared), nothing, nothing), pedal_driver.SPEEDS, lines)
+        nothing, lines = np.zeros(PLAN_POINTS), np.ones(self.stops.size)
+        table = plan_parameters(edges, np.sqrt(squared), nothing, nothing)
+        return _driven_to(parts, table, pedal_driver.SPEEDS, self._lines(SLOWING_DOWN * lines, HARDEST * lines))
+
+    def _lines(self, slowing: Floats, leaving: Floats) -> RecordArray:
+        """Return the stop lines with rates to and off them, m/s^2, shape (lines,)."""
+        at, body, braking = self.stops, self.model["vehicle"], np.zeros(self.stops.size)
+        if at.size and self.route is not None:
+            road = Road.zeros(at.size)
+            rise = np.interp(at, self.route.distance, self.route.elevation)
+            before = np.maximum(at - BEFORE_LINE, 0.0)
+            road["grade"] = (rise - np.interp(before, self.route.distance, self.route.elevation)) / (at - before)
+            force = driving_force.run(self.model, road, 0.0, -slowing)
+            braking = np.maximum(-force, 0.0) / body["mass"][0]
+        return stop_lines(at, slowing, braking, leaving, self.dwell, ROAD)
 
 
 def _driven_to(parts: Sequence[Part], table: RecordArray, mode: int, lines: RecordArray | None = None) -> list[Part]:
@@ -227,7 +243,7 @@ def _route(scenario: Scenario, settings: Settings) -> Route | None:
     route = load_route(str(name)) if name else None
     if route is not None:  # refuse what no driver can keep before anything is planned
         nothing = np.zeros(route.stops.size)
-        stop_lines(route.stops, nothing, nothing, 0.0, str(name))
+        stop_lines(route.stops, nothing, nothing, nothing, 0.0, str(name))
         if route.stops.size and route.stops[-1] >= route.length - REACH:
             mend = "expected the road to go on: a drive ends at the speed that is wanted"
             raise InputError(str(name), "a stop line at its end", mend)

@@ -16,7 +16,8 @@ The integral rests while the throttle is at a limit that the error asks to pass,
 standstill that is wanted the brake holds.
 
 Stop lines are kept in the modes speeds and plan: where v^2 / 2 over the way to the line reaches the deceleration that
-is told for it, the driver brakes with that, corrected by the error of the speed; stands; and leaves.
+is told for it, the driver brakes with what that takes on the slope there, corrected by the error of the speed; stands;
+and leaves.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from bitepoint.controllers.stop_lines import (
     REACH,
     STOP_LINES,
     StopLines,
+    braking_ahead,
     lined_square,
     slowing_ahead,
     slowing_to_line,
@@ -69,6 +71,9 @@ in a second, without an overshoot."""
 SOFT_RATE, SOFT_GAIN = 0.3, 2.0
 """Highest deceleration at a line, m/s^2, and how it grows with the speed, 1/s: a stop without a jolt. What a slope
 takes, which the integral finds, comes on top."""
+
+STEEP = 3.0
+"""Most that a slope adds to the deceleration that the brake gives, or takes from it, m/s^2: that of 30 %."""
 
 STOPPED = 0.1
 """Speed below which a vehicle that stops at a line is held, m/s."""
@@ -126,7 +131,7 @@ class PedalDriverState(Record):
     throttle: float = quantity("1", 0, 1, "last throttle")
     passed: int = count(0, STOP_LINES, "stop lines that are left behind")
     stopping: int = count(0, 1, "1: the driver brakes for the next stop line, or stands at it")
-    slowing_more: float = quantity("m/s^2", -20, 20, "deceleration towards the line beyond the one told for it")
+    slowing_more: float = quantity("m/s^2", -20, 20, "deceleration by the brake beyond the one told for the line")
     stood: float = quantity("s", 0, 1e6, "time for which the vehicle has been standing at it")
     holding: float = quantity("N*m", 0, 1e5, "torque of the brake as it is applied to hold, and released")
 
@@ -263,7 +268,7 @@ def watch_line(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeas
     standing = m.vehicle_speed < STOPPED
     slowing = slowing_ahead(p.stop_lines, s.passed)
     if s.stopping == 0:
-        s.slowing_more = 0.0
+        s.slowing_more = clamp(braking_ahead(p.stop_lines, s.passed) - slowing, -STEEP, STEEP)
     if standing and way_to_line(p.stop_lines, s.passed, m.distance) > REACH:
         s.stopping = 0
     elif standing or slowing_to_line(p.stop_lines, s.passed, m.distance, m.vehicle_speed) >= ONSET * slowing:
@@ -287,7 +292,7 @@ def stop_at_line(
     c.engine_torque_wanted = 0.0
     error = clamp(m.vehicle_speed - math.sqrt(lined_square(p.stop_lines, s.passed, m.distance)), -150.0, 150.0)
     slowing = slowing_ahead(p.stop_lines, s.passed)
-    s.slowing_more = clamp(s.slowing_more + SLOWING_INTEGRAL * error * dt, -slowing, slowing)
+    s.slowing_more = clamp(s.slowing_more + SLOWING_INTEGRAL * error * dt, -STEEP, STEEP)
     soft = SOFT_RATE + SOFT_GAIN * clamp(m.vehicle_speed, 0.0, 150.0) + max(s.slowing_more, 0.0)
     rate = clamp(slowing + s.slowing_more + SLOWING_GAIN * error, 0.0, soft)
     c.brake_torque_command = min(p.slowing_torque * rate, p.brake_limit)

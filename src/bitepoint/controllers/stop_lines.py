@@ -45,6 +45,15 @@ class StopLines(Record):
         padded=True,
         default=0.0,
     )
+    braking: FloatArray = quantity(
+        "m/s^2",
+        0,
+        2.0 * HARDEST,
+        "deceleration by the brake that this takes on the slope before the line",
+        shape=(33,),
+        padded=True,
+        default=0.0,
+    )
     leaving: FloatArray = quantity(
         "m/s^2",
         0,
@@ -60,6 +69,12 @@ class StopLines(Record):
 def slowing_ahead(t: StopLines, passed: int) -> float:
     """Return the deceleration, m/s^2, with which the next line is approached; 0 where there is none."""
     return t.slowing[max(min(passed, STOP_LINES), 0)]
+
+
+@kernel
+def braking_ahead(t: StopLines, passed: int) -> float:
+    """Return the deceleration by the brake, m/s^2, that it takes; slopes, which slow down too, make the difference."""
+    return t.braking[max(min(passed, STOP_LINES), 0)]
 
 
 @kernel
@@ -98,6 +113,7 @@ def slowing_to_line(t: StopLines, passed: int, distance: float, speed: float) ->
 def stop_lines(
     at: Floats | Sequence[float],
     slowing: Floats | Sequence[float],
+    braking: Floats | Sequence[float],
     leaving: Floats | Sequence[float],
     dwell: float,
     where: str,
@@ -105,7 +121,7 @@ def stop_lines(
     """Return lines as a record, shape (1,).
 
     Args:
-        at: ways to the lines, m, rising, shape (n,); slowing, leaving: m/s^2, shape (n,); dwell: s.
+        at: ways to the lines, m, rising, shape (n,); slowing, braking, leaving: m/s^2, shape (n,); dwell: s.
         where: what an error is told to be in.
 
     Raises:
@@ -116,7 +132,7 @@ def stop_lines(
         raise InputError(where, f"{n} stop lines", f"expected up to {STOP_LINES}: drive a part of the road")
     record = StopLines.zeros()
     record["dwell"] = dwell
-    for name, values in (("at", at), ("slowing", slowing), ("leaving", leaving)):
+    for name, values in (("at", at), ("slowing", slowing), ("braking", braking), ("leaving", leaving)):
         field, column = StopLines.fields[name], np.asarray(values, np.float64)
         if not ((column >= field.low) & (column <= field.high)).all():
             raise InputError(where, f"stop lines, {name}: got {column.min():g} to {column.max():g}", field.expected())
