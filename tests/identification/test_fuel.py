@@ -12,13 +12,14 @@ import pytest
 
 import bitepoint
 from bitepoint.identification.fuel.drives import REACH, joined, motion, vsp_outliers
-from bitepoint.identification.fuel.engine_map import read_points
+from bitepoint.identification.fuel.engine_map import EnginePoints, read_points
 from bitepoint.identification.fuel.folds import folds_of
 from bitepoint.identification.fuel.logs import LogOptions, read_drives
+from bitepoint.identification.fuel.measured import with_points
 from bitepoint.identification.fuel.models import gear_rules, modelled
 from bitepoint.identification.fuel.polynomials import CORRECTIONS, PLAIN, POWER, fit_correction, fit_plain
 from bitepoint.identification.fuel.regression import clipped_least_squares
-from bitepoint.identification.fuel.steady import fit_willans, vehicle_for, willans_columns, with_points, with_steady
+from bitepoint.identification.fuel.steady import fit_willans, vehicle_for, willans_columns, with_steady
 from bitepoint.models.fuel_model import FuelModel, backward
 from bitepoint.numerics.tables import lookup_map
 from bitepoint.recording import Channel, Recording
@@ -207,7 +208,7 @@ def test_a_measured_map_goes_through_its_points_and_between_them(tmp_path: Path)
     noisy = island(speed, torque) * (1.0 + 0.005 * np.random.default_rng(1).standard_normal(150))
     path = points_file(tmp_path / "map.csv", speed, torque, noisy)
     car = vehicle_for(CAR)
-    bent = with_points(car, read_points(path), "map.csv")
+    bent = with_points(car, read_points(path), "map.csv").vehicle
     line = with_steady(car, fit_willans(speed, torque, noisy))
     turning, load = scattered(2, 300)
 
@@ -221,10 +222,26 @@ def test_a_measured_map_goes_through_its_points_and_between_them(tmp_path: Path)
     assert (np.diff(flow, axis=1) >= 0.0).all()
 
 
+@pytest.mark.parametrize("waves", [False, True])
+def test_far_beyond_its_points_a_measured_map_does_not_run_off(waves: bool) -> None:
+    """Points of the upper half of torque tell of idling what a line through them does, whatever else they have."""
+    speed, torque = (each[scattered(0, 150)[1] > 120.0] for each in scattered(0, 150))
+    coefficients = np.array([3e-5, 8e-7, 2e-9, 5.9e-8, 3e-11])
+    more = np.sin(speed / 60.0) * np.sin(torque / 25.0) if waves else ((torque - 120.0) / 110.0) ** 2
+    noisy = 1.0 + 0.005 * np.random.default_rng(1).standard_normal(speed.size)
+    fuel = willans_columns(speed, torque) @ coefficients * (1.0 + 0.2 * more) * noisy
+    car = with_points(vehicle_for(CAR), EnginePoints(speed, torque, fuel), "map.csv").vehicle
+    turning, none = np.array([80.0, 150.0, 300.0]), np.zeros(3)
+    found = lookup_map.run(np.repeat(car["engine"]["fuel"], 3), turning, none)
+    share = found / (willans_columns(turning, none) @ coefficients)
+    assert share.min() > 0.5
+    assert share.max() < 2.0
+
+
 def test_a_measured_map_takes_the_place_of_the_logs(tmp_path: Path) -> None:
     car, rule = vehicle_for(CAR), gear_rules(logged=True)[0]
     path = points_file(tmp_path / "map.csv", *scattered(0, 150), island(*scattered(0, 150)))
-    true = FuelModel(_nothing(), with_points(car, read_points(path), "map.csv"), rule)
+    true = FuelModel(_nothing(), with_points(car, read_points(path), "map.csv").vehicle, rule)
     drive = joined([recording(0)], 0.0)
     flow = modelled(true, drive)
     log = write(tmp_path / "a.csv", replace(recording(0), data=np.array([flow, recording(0)["vehicle_speed"]])))

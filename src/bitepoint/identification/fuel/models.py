@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bitepoint.identification.fuel.drives import Drive
-from bitepoint.identification.fuel.engine_map import EnginePoints, read_points, within
+from bitepoint.identification.fuel.engine_map import EnginePoints, read_points, smooth_map, within
+from bitepoint.identification.fuel.measured import with_points
 from bitepoint.identification.fuel.polynomials import (
     CORRECTIONS,
     PLAIN,
@@ -17,7 +18,7 @@ from bitepoint.identification.fuel.polynomials import (
     fit_plain,
     no_correction,
 )
-from bitepoint.identification.fuel.steady import fit_willans, map_nodes, with_points, with_steady
+from bitepoint.identification.fuel.steady import fit_willans, line_map, map_nodes, with_steady
 from bitepoint.models.fuel_model import FuelModel, GearRule, backward
 from bitepoint.recording import Floats
 from bitepoint.records import RecordArray
@@ -62,8 +63,9 @@ def _line(vehicle: RecordArray, speed: Floats, torque: Floats, fuel: Floats) -> 
 
 
 def _bent(vehicle: RecordArray, speed: Floats, torque: Floats, fuel: Floats) -> RecordArray:
-    points = within(EnginePoints(speed, torque, fuel), *map_nodes(vehicle), "identify")
-    return with_steady(vehicle, fit_willans(speed, torque, fuel), points)
+    nodes, coefficients = map_nodes(vehicle), fit_willans(speed, torque, fuel)
+    points = within(EnginePoints(speed, torque, fuel), *nodes, "identify")
+    return with_steady(vehicle, coefficients, smooth_map(points, *nodes, line_map(vehicle, coefficients))[0])
 
 
 WILLANS = Source("Willans line", _line)
@@ -76,7 +78,7 @@ def measured_map(vehicle: RecordArray, path: str) -> Source:
     Raises:
         InputError: the file holds no such points.
     """
-    found = with_points(vehicle, read_points(path), path)
+    found = with_points(vehicle, read_points(path), path).vehicle
 
     def steady(vehicle: RecordArray, speed: Floats, torque: Floats, fuel: Floats) -> RecordArray:
         del vehicle, speed, torque, fuel
