@@ -275,6 +275,10 @@ def test_a_map_through_logged_points_is_taken_where_it_is_better(tmp_path: Path)
         ("speed_rpm,torque_nm,fuel_g_per_s\n1000,50,0.5\n", "1 points within"),
         ("speed_kmh,torque_nm,fuel_g_per_s\n1000,50,0.5\n", "speed_kmh"),
         ("speed_rpm,torque_nm,fuel_g_per_s\n" + "2000,50,0.5\n" * 20, "3 speeds and 3 torques"),
+        (
+            "speed_rpm,torque_nm,fuel_g_per_s\n" + "".join(f"{1000 + 99 * k},{10 + 9 * k},0\n" for k in range(20)),
+            "fuel_flow is zero at all 20 points",
+        ),
     ],
 )
 def test_points_that_make_no_map_are_refused(tmp_path: Path, refused: Refused, text: str, said: str) -> None:

@@ -97,7 +97,7 @@ def within(points: EnginePoints, speeds: Floats, torques: Floats, where: str) ->
     """Return the points that lie between the nodes of a map.
 
     Raises:
-        InputError: too few of them, or all at one or two speeds or torques.
+        InputError: too few of them, all at one or two speeds or torques, or none that takes fuel.
     """
     inside = (points.speed >= speeds[0]) & (points.speed <= speeds[-1])
     inside &= (points.torque >= torques[0]) & (points.torque <= torques[-1])
@@ -111,6 +111,8 @@ def within(points: EnginePoints, speeds: Floats, torques: Floats, where: str) ->
             f"{kept.speed.size} points within {speeds[0]:.0f}..{speeds[-1]:.0f} rad/s and 0..{torques[-1]:.0f} N m",
             mend,
         )
+    if not kept.fuel.any():
+        raise InputError(where, f"fuel_flow is zero at all {kept.fuel.size} points", "expected a measured fuel flow")
     return kept
 
 
