@@ -222,6 +222,24 @@ def test_a_measured_map_goes_through_its_points_and_between_them(tmp_path: Path)
     assert (np.diff(flow, axis=1) >= 0.0).all()
 
 
+def test_points_above_full_load_or_beyond_the_map_do_not_count_and_are_told(tmp_path: Path) -> None:
+    speed, torque = scattered(0, 150)
+    above = np.array([[90.0, 210.0], [120.0, 225.0], [100.0, 250.0]])  # of 143, 164 and 148 N m
+    beyond = np.array([[20.0, 50.0], [300.0, -20.0]])
+    car, fuel = vehicle_for(CAR), island(speed, torque)
+    more = (np.append(each, [*above[:, k], *beyond[:, k]]) for k, each in enumerate((speed, torque)))
+    path = points_file(tmp_path / "map.csv", *more, np.append(fuel, np.full(5, 0.02)))
+    found = with_points(car, read_points(path), str(path))
+    limit = 1.1 * np.interp(speed, car["engine"]["full_load"]["x"][0], car["engine"]["full_load"]["y"][0])
+    high = int(np.count_nonzero(torque > limit))
+    told = f"map.csv: {high + 5} of 155 points are left out: {high + 3} at more than 1.1 times full load, 2 beyond 44.."
+    assert found.warnings[0].startswith(told)
+    bare = with_points(car, EnginePoints(speed, torque, fuel).rows(torque <= limit), "map.csv")
+    a, b = (each.vehicle["engine"]["fuel"]["z"] for each in (found, bare))
+    assert a == pytest.approx(b, rel=1e-6, abs=1e-9)
+    assert not any("left out" in each for each in bare.warnings)
+
+
 @pytest.mark.parametrize("waves", [False, True])
 def test_far_beyond_its_points_a_measured_map_does_not_run_off(waves: bool) -> None:
     """Points of the upper half of torque tell of idling what a line through them does, whatever else they have."""
@@ -272,7 +290,7 @@ def test_a_map_through_logged_points_is_taken_where_it_is_better(tmp_path: Path)
     [
         ("speed_rpm,torque_nm\n1000,50\n", "no columns of fuel_flow"),
         ("speed_rpm,torque_nm,fuel\n1000,50,0.5\n", "fuel_flow: 0.5 kg/s"),
-        ("speed_rpm,torque_nm,fuel_g_per_s\n1000,50,0.5\n", "1 points within"),
+        ("speed_rpm,torque_nm,fuel_g_per_s\n1000,50,0.5\n", "1 of 1 points within"),
         ("speed_kmh,torque_nm,fuel_g_per_s\n1000,50,0.5\n", "speed_kmh"),
         ("speed_rpm,torque_nm,fuel_g_per_s\n" + "2000,50,0.5\n" * 20, "3 speeds and 3 torques"),
         (

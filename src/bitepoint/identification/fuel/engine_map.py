@@ -93,24 +93,26 @@ def _column(table: Any, channel: Channel, names: tuple[str, ...], where: str) ->
     return column_floats(table, found[0], where) * scale + offset
 
 
-def within(points: EnginePoints, speeds: Floats, torques: Floats, where: str) -> EnginePoints:
-    """Return the points that lie between the nodes of a map.
+def within(
+    points: EnginePoints, speeds: Floats, torques: Floats, where: str, most: Floats | None = None
+) -> EnginePoints:
+    """Return the points that lie between the nodes of a map; most: torque up to which each may, N m, shape (n,).
 
     Raises:
         InputError: too few of them, all at one or two speeds or torques, or none that takes fuel.
     """
     inside = (points.speed >= speeds[0]) & (points.speed <= speeds[-1])
     inside &= (points.torque >= torques[0]) & (points.torque <= torques[-1])
-    kept = EnginePoints(points.speed[inside], points.torque[inside], points.fuel[inside])
+    if most is not None:
+        inside &= points.torque <= most
+    kept = points.rows(inside)
     apart = [np.unique((each * 50.0 / top).round()).size for each, top in
              ((kept.speed, speeds[-1]), (kept.torque, torques[-1]))]  # fmt: skip
     if kept.speed.size < LEAST_POINTS or min(apart, default=0) < 3:
         mend = f"expected {LEAST_POINTS} at 3 speeds and 3 torques at least"
-        raise InputError(
-            where,
-            f"{kept.speed.size} points within {speeds[0]:.0f}..{speeds[-1]:.0f} rad/s and 0..{torques[-1]:.0f} N m",
-            mend,
-        )
+        span = f"{speeds[0]:.0f}..{speeds[-1]:.0f} rad/s, 0..{torques[-1]:.0f} N m"
+        full = "" if most is None else " and full load"
+        raise InputError(where, f"{kept.speed.size} of {points.speed.size} points within {span}{full}", mend)
     if not kept.fuel.any():
         raise InputError(where, f"fuel_flow is zero at all {kept.fuel.size} points", "expected a measured fuel flow")
     return kept

@@ -150,7 +150,7 @@ def identify_fuel(
     tried = _tried(drive.rows(~outliers), tested, model, measured)
     chosen = _chosen(tried)
     warnings = [*data.warnings, *_on_outliers(drive, outliers, bins), *_on_logs(data, drive, model is not None)]
-    warnings += _on_validation(checked, paths, validate)
+    warnings += [*(() if measured is None else measured.warnings), *_on_validation(checked, paths, validate)]
     about = _about(data, checked, options, vehicle, chosen, delay, int(outliers.sum()))
     about["engine_map"] = None if engine_map is None else Path(engine_map).name
     validation = () if checked is None else checked.runs

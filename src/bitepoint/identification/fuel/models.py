@@ -52,10 +52,12 @@ class Source:
     Attributes:
         steady: from a vehicle, and from engine speed (rad/s), torque (N m) and fuel (kg/s) of rows, to the vehicle
             with the map.
+        warnings: what is to be said of it.
     """
 
     name: str
     steady: Callable[[RecordArray, Floats, Floats, Floats], RecordArray]
+    warnings: tuple[str, ...] = ()
 
 
 def _line(vehicle: RecordArray, speed: Floats, torque: Floats, fuel: Floats) -> RecordArray:
@@ -78,13 +80,13 @@ def measured_map(vehicle: RecordArray, path: str) -> Source:
     Raises:
         InputError: the file holds no such points.
     """
-    found = with_points(vehicle, read_points(path), path).vehicle
+    found = with_points(vehicle, read_points(path), path)
 
     def steady(vehicle: RecordArray, speed: Floats, torque: Floats, fuel: Floats) -> RecordArray:
         del vehicle, speed, torque, fuel
-        return found
+        return found.vehicle
 
-    return Source("measured map", steady)
+    return Source("measured map", steady, found.warnings)
 
 
 def modelled(model: FuelModel, drive: Drive) -> Floats:
