@@ -240,6 +240,27 @@ def test_points_above_full_load_or_beyond_the_map_do_not_count_and_are_told(tmp_
     assert not any("left out" in each for each in bare.warnings)
 
 
+def test_a_map_whose_points_are_far_from_idle_says_so() -> None:
+    speed, torque = scattered(0, 150)
+    points = EnginePoints(speed, torque, island(speed, torque))
+    told = with_points(vehicle_for(CAR), points.rows(torque > 60.0), "bench/map.csv").warnings
+    assert any(each.startswith("map.csv: idle, 700 r/min and 0 N m, is ") for each in told)
+    idle = EnginePoints(np.append(speed, 75.0), np.append(torque, 2.0), np.append(points.fuel, 7.5e-5))
+    assert not any("idle" in each for each in with_points(vehicle_for(CAR), idle, "map.csv").warnings)
+
+
+@pytest.mark.parametrize(("bent", "said"), [(True, "the least smoothing"), (False, "the most smoothing")])
+def test_a_smoothing_at_an_end_of_what_is_tried_is_told(bent: bool, said: str) -> None:
+    speed, torque = scattered(0, 150)
+    if bent:
+        fuel = island(speed, torque) * (1.0 + 0.2 * np.sin(torque / 15.0) * np.sin(speed / 40.0))
+    else:
+        noise = 1.0 + 0.1 * np.random.default_rng(1).standard_normal(150)
+        fuel = willans_columns(speed, torque) @ np.array([3e-5, 8e-7, 2e-9, 5.9e-8, 3e-11]) * noise
+    found = with_points(vehicle_for(CAR), EnginePoints(speed, torque, fuel), "map.csv")
+    assert any(each.startswith(f"map.csv: {said}") for each in found.warnings)
+
+
 @pytest.mark.parametrize("waves", [False, True])
 def test_far_beyond_its_points_a_measured_map_does_not_run_off(waves: bool) -> None:
     """Points of the upper half of torque tell of idling what a line through them does, whatever else they have."""
