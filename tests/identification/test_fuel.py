@@ -281,14 +281,24 @@ def test_a_measured_map_takes_the_place_of_the_logs(tmp_path: Path) -> None:
     car, rule = vehicle_for(CAR), gear_rules(logged=True)[0]
     path = points_file(tmp_path / "map.csv", *scattered(0, 150), island(*scattered(0, 150)))
     true = FuelModel(_nothing(), with_points(car, read_points(path), "map.csv").vehicle, rule)
-    drive = joined([recording(0)], 0.0)
-    flow = modelled(true, drive)
-    log = write(tmp_path / "a.csv", replace(recording(0), data=np.array([flow, recording(0)["vehicle_speed"]])))
+    fast = recording(0, top=36.0)
+    flow = modelled(true, joined([fast], 0.0))
+    log = write(tmp_path / "a.csv", replace(fast, data=np.array([flow, fast["vehicle_speed"]])))
     found = bitepoint.identify_fuel(log, vehicle=CAR, engine_map=path, delays={"fuel_flow": 0.0})
     steady = next(each for each in found.tried if each.kind == "steady")
     assert steady.name.startswith("measured map")
     assert steady.errors["train"].r2 > 0.999
     assert found.model.about["engine_map"] == "map.csv"
+    assert not any("not used" in warning for warning in found.warnings)
+
+
+def test_a_map_that_is_not_taken_is_told(tmp_path: Path) -> None:
+    path = points_file(tmp_path / "map.csv", *scattered(0, 150), 2.0 * island(*scattered(0, 150)))
+    log = write(tmp_path / "a.csv", recording(0))
+    found = bitepoint.identify_fuel(log, vehicle=CAR, engine_map=path, delays={"fuel_flow": 0.0})
+    assert found.model.kind == "plain"
+    assert found.model.about["engine_map"] is None
+    assert any(warning.startswith("map.csv: not used by the model, which is plain") for warning in found.warnings)
 
 
 def test_a_map_through_logged_points_is_taken_where_it_is_better(tmp_path: Path) -> None:
