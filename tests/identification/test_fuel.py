@@ -336,6 +336,27 @@ def test_points_that_make_no_map_are_refused(tmp_path: Path, refused: Refused, t
     refused(lambda: bitepoint.identify_fuel(log, vehicle=CAR, engine_map=path), "map.csv", said)
 
 
+@pytest.mark.parametrize(("header", "factor"), [("fuel_l_per_h", 3.6e6 / 835.0), ("fuel [cc/s]", 1e6 / 835.0)])
+def test_points_of_volume_take_the_density_that_is_given(
+    tmp_path: Path, refused: Refused, bitepoint: Command, header: str, factor: float
+) -> None:
+    path = tmp_path / "map.csv"
+    rows = np.column_stack([np.array([1e3, 2e3]), np.array([50.0, 90.0]), np.array([3e-4, 9e-4]) * factor])
+    np.savetxt(path, rows, delimiter=",", header=f"speed_rpm,torque_nm,{header}", comments="")
+    assert read_points(path, 835.0).fuel == pytest.approx([3e-4, 9e-4])
+    refused(lambda: read_points(path), "map.csv", f"{header}: a flow of volume")
+    log = str(write(tmp_path / "a.csv", recording(0)))
+    given = ("identify", log, "--model", "fuel", "--vehicle", CAR, "--engine-map", str(path))
+    bitepoint(*given).refusal("and no density; add --density")
+    bitepoint(*given, "--density", "0.835 g/mL").refusal("2 of 2 points within")
+
+
+def test_points_are_read_in_g_per_h(tmp_path: Path) -> None:
+    path = tmp_path / "map.csv"
+    path.write_text("speed_rpm,torque_nm,fuel_g_per_h\n1000,50,1080\n")
+    assert read_points(path).fuel == pytest.approx([3e-4])
+
+
 def test_a_marginal_efficiency_is_one_that_there_is() -> None:
     speed, torque = np.meshgrid(np.linspace(80, 400, 20), np.linspace(0, 200, 20))
     points = speed.ravel() * torque.ravel() / (0.8 * 42.67e6)

@@ -58,14 +58,18 @@ class EnginePoints:
         return EnginePoints(self.speed[kept], self.torque[kept], self.fuel[kept])
 
 
-def read_points(path: str | Path) -> EnginePoints:
+def read_points(path: str | Path, density: float | None = None) -> EnginePoints:
     """Return the points of a table, CSV or Parquet, with the columns engine_speed, engine_torque and fuel_flow.
 
+    Args:
+        path: of the table; density: of the fuel, kg/m^3, for a flow of volume.
+
     Raises:
-        InputError: it cannot be read, a column is missing or twice there, a unit does not fit, or values cannot be.
+        InputError: it cannot be read, a column is missing or twice there, a unit does not fit, values cannot be, or a
+            flow is one of volume and there is no density.
     """
     where, table = str(path), read_table(Path(path))
-    columns = [_column(table, channel, names, where) for channel, names in COLUMNS.items()]
+    columns = [_column(table, channel, names, where, density) for channel, names in COLUMNS.items()]
     speed, torque, fuel = (each[np.isfinite(columns).all(axis=0)] for each in columns)
     for name, values, low, high, unit in (
         ("engine_speed", speed, 10.0, 1500.0, "rad/s"), ("engine_torque", torque, -1000.0, 5000.0, "N m"),
@@ -78,19 +82,32 @@ def read_points(path: str | Path) -> EnginePoints:
     return EnginePoints(speed, torque, fuel)
 
 
-def _column(table: Any, channel: Channel, names: tuple[str, ...], where: str) -> Floats:
+def _column(table: Any, channel: Channel, names: tuple[str, ...], where: str, density: float | None) -> Floats:
     found = [name for name in table.column_names if header_unit(name, names) is not None]
     if len(found) != 1:
-        mend = f"expected one named {' or '.join(names)}, its unit behind it as in speed_rpm; it has " + ", ".join(
-            table.column_names[:8]
-        )
+        mend = f"expected one named {' or '.join(names)}, its unit behind it as in speed_rpm or fuel_g_per_s; it has "
+        mend += ", ".join(table.column_names[:8])
         raise InputError(where, f"{len(found) or 'no'} columns of {channel.name}", mend)
+    unit = metadata_unit(table, found[0]) or header_unit(found[0], names) or channel.unit
     try:
-        unit = metadata_unit(table, found[0]) or header_unit(found[0], names) or channel.unit
         scale, offset = conversion(unit, channel.unit)
     except UnitError as error:
-        raise InputError(where, f"{found[0]}: {error}", f"expected a unit such as {channel.unit}") from None
+        per_volume = _volume(unit) if channel.name == "fuel_flow" else None
+        if per_volume is None:
+            raise InputError(where, f"{found[0]}: {error}", f"expected a unit such as {channel.unit}") from None
+        if density is None:
+            mend = "add --density, such as '0.835 g/mL' for diesel fuel or '0.743 g/mL' for petrol"
+            raise InputError(where, f"{found[0]}: a flow of volume, {unit}, and no density", mend) from None
+        scale, offset = per_volume * density, 0.0
     return column_floats(table, found[0], where) * scale + offset
+
+
+def _volume(unit: str) -> float | None:
+    """Return the m^3/s of a unit; None where it is none of a flow of volume."""
+    try:
+        return conversion(unit, "m^3/s")[0]
+    except UnitError:
+        return None
 
 
 def within(

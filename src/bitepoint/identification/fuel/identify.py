@@ -140,7 +140,7 @@ def identify_fuel(
     if engine_map is not None and vehicle is None:
         raise InputError("--engine-map", "no vehicle whose engine it is", "add --vehicle")
     model = None if vehicle is None else vehicle_for(vehicle)
-    measured = None if model is None or engine_map is None else measured_map(model, engine_map)
+    measured = None if model is None or engine_map is None else measured_map(model, engine_map, options.density)
     data, checked = read_drives(paths, validate, options)
     outliers, bins = vsp_outliers(joined(data.runs, 0.0))
     fixed = FUEL.name in options.delays
@@ -293,7 +293,7 @@ def _about(
         "delay": delay,
         "outliers": outliers,
         "period": data.period,
-        "density": (options.density or DENSITY) if volume else None,
+        "density": options.density or (DENSITY if volume else None),
         "vehicle": vehicle,
         "files": {
             part: [{"name": Path(file).name, "sha256": digest} for file, digest in named.items()]

@@ -74,13 +74,13 @@ WILLANS = Source("Willans line", _line)
 LOGGED_MAP = Source("map through logged points", _bent)
 
 
-def measured_map(vehicle: RecordArray, path: str) -> Source:
-    """Return the map through the measured points of a file, whatever the rows are.
+def measured_map(vehicle: RecordArray, path: str, density: float | None = None) -> Source:
+    """Return the map through the measured points of a file, whatever the rows are; density: see `read_points`.
 
     Raises:
         InputError: the file holds no such points.
     """
-    found = with_points(vehicle, read_points(path), path)
+    found = with_points(vehicle, read_points(path, density), path)
 
     def steady(vehicle: RecordArray, speed: Floats, torque: Floats, fuel: Floats) -> RecordArray:
         del vehicle, speed, torque, fuel
