@@ -12,13 +12,14 @@ import pytest
 
 import bitepoint
 from bitepoint.identification.fuel.drives import REACH, joined, motion, vsp_outliers
-from bitepoint.identification.fuel.engine_map import read_points
+from bitepoint.identification.fuel.engine_map import EnginePoints, read_points
 from bitepoint.identification.fuel.folds import folds_of
 from bitepoint.identification.fuel.logs import LogOptions, read_drives
+from bitepoint.identification.fuel.measured import with_points
 from bitepoint.identification.fuel.models import gear_rules, modelled
 from bitepoint.identification.fuel.polynomials import CORRECTIONS, PLAIN, POWER, fit_correction, fit_plain
 from bitepoint.identification.fuel.regression import clipped_least_squares
-from bitepoint.identification.fuel.steady import fit_willans, vehicle_for, willans_columns, with_points, with_steady
+from bitepoint.identification.fuel.steady import fit_willans, vehicle_for, willans_columns, with_steady
 from bitepoint.models.fuel_model import FuelModel, backward
 from bitepoint.numerics.tables import lookup_map
 from bitepoint.recording import Channel, Recording
@@ -207,7 +208,7 @@ def test_a_measured_map_goes_through_its_points_and_between_them(tmp_path: Path)
     noisy = island(speed, torque) * (1.0 + 0.005 * np.random.default_rng(1).standard_normal(150))
     path = points_file(tmp_path / "map.csv", speed, torque, noisy)
     car = vehicle_for(CAR)
-    bent = with_points(car, read_points(path), "map.csv")
+    bent = with_points(car, read_points(path), "map.csv").vehicle
     line = with_steady(car, fit_willans(speed, torque, noisy))
     turning, load = scattered(2, 300)
 
@@ -221,18 +222,83 @@ def test_a_measured_map_goes_through_its_points_and_between_them(tmp_path: Path)
     assert (np.diff(flow, axis=1) >= 0.0).all()
 
 
+def test_points_above_full_load_or_beyond_the_map_do_not_count_and_are_told(tmp_path: Path) -> None:
+    speed, torque = scattered(0, 150)
+    above = np.array([[90.0, 210.0], [120.0, 225.0], [100.0, 250.0]])  # of 143, 164 and 148 N m
+    beyond = np.array([[20.0, 50.0], [300.0, -20.0]])
+    car, fuel = vehicle_for(CAR), island(speed, torque)
+    more = (np.append(each, [*above[:, k], *beyond[:, k]]) for k, each in enumerate((speed, torque)))
+    path = points_file(tmp_path / "map.csv", *more, np.append(fuel, np.full(5, 0.02)))
+    found = with_points(car, read_points(path), str(path))
+    limit = 1.1 * np.interp(speed, car["engine"]["full_load"]["x"][0], car["engine"]["full_load"]["y"][0])
+    high = int(np.count_nonzero(torque > limit))
+    told = f"map.csv: {high + 5} of 155 points are left out: {high + 3} at more than 1.1 times full load, 2 beyond 44.."
+    assert found.warnings[0].startswith(told)
+    bare = with_points(car, EnginePoints(speed, torque, fuel).rows(torque <= limit), "map.csv")
+    a, b = (each.vehicle["engine"]["fuel"]["z"] for each in (found, bare))
+    assert a == pytest.approx(b, rel=1e-6, abs=1e-9)
+    assert not any("left out" in each for each in bare.warnings)
+
+
+def test_a_map_whose_points_are_far_from_idle_says_so() -> None:
+    speed, torque = scattered(0, 150)
+    points = EnginePoints(speed, torque, island(speed, torque))
+    told = with_points(vehicle_for(CAR), points.rows(torque > 60.0), "bench/map.csv").warnings
+    assert any(each.startswith("map.csv: idle, 700 r/min and 0 N m, is ") for each in told)
+    idle = EnginePoints(np.append(speed, 75.0), np.append(torque, 2.0), np.append(points.fuel, 7.5e-5))
+    assert not any("idle" in each for each in with_points(vehicle_for(CAR), idle, "map.csv").warnings)
+
+
+@pytest.mark.parametrize(("bent", "said"), [(True, "the least smoothing"), (False, "the most smoothing")])
+def test_a_smoothing_at_an_end_of_what_is_tried_is_told(bent: bool, said: str) -> None:
+    speed, torque = scattered(0, 150)
+    if bent:
+        fuel = island(speed, torque) * (1.0 + 0.2 * np.sin(torque / 15.0) * np.sin(speed / 40.0))
+    else:
+        noise = 1.0 + 0.1 * np.random.default_rng(1).standard_normal(150)
+        fuel = willans_columns(speed, torque) @ np.array([3e-5, 8e-7, 2e-9, 5.9e-8, 3e-11]) * noise
+    found = with_points(vehicle_for(CAR), EnginePoints(speed, torque, fuel), "map.csv")
+    assert any(each.startswith(f"map.csv: {said}") for each in found.warnings)
+
+
+@pytest.mark.parametrize("waves", [False, True])
+def test_far_beyond_its_points_a_measured_map_does_not_run_off(waves: bool) -> None:
+    """Points of the upper half of torque tell of idling what a line through them does, whatever else they have."""
+    speed, torque = (each[scattered(0, 150)[1] > 120.0] for each in scattered(0, 150))
+    coefficients = np.array([3e-5, 8e-7, 2e-9, 5.9e-8, 3e-11])
+    more = np.sin(speed / 60.0) * np.sin(torque / 25.0) if waves else ((torque - 120.0) / 110.0) ** 2
+    noisy = 1.0 + 0.005 * np.random.default_rng(1).standard_normal(speed.size)
+    fuel = willans_columns(speed, torque) @ coefficients * (1.0 + 0.2 * more) * noisy
+    car = with_points(vehicle_for(CAR), EnginePoints(speed, torque, fuel), "map.csv").vehicle
+    turning, none = np.array([80.0, 150.0, 300.0]), np.zeros(3)
+    found = lookup_map.run(np.repeat(car["engine"]["fuel"], 3), turning, none)
+    share = found / (willans_columns(turning, none) @ coefficients)
+    assert share.min() > 0.5
+    assert share.max() < 2.0
+
+
 def test_a_measured_map_takes_the_place_of_the_logs(tmp_path: Path) -> None:
     car, rule = vehicle_for(CAR), gear_rules(logged=True)[0]
     path = points_file(tmp_path / "map.csv", *scattered(0, 150), island(*scattered(0, 150)))
-    true = FuelModel(_nothing(), with_points(car, read_points(path), "map.csv"), rule)
-    drive = joined([recording(0)], 0.0)
-    flow = modelled(true, drive)
-    log = write(tmp_path / "a.csv", replace(recording(0), data=np.array([flow, recording(0)["vehicle_speed"]])))
+    true = FuelModel(_nothing(), with_points(car, read_points(path), "map.csv").vehicle, rule)
+    fast = recording(0, top=36.0)
+    flow = modelled(true, joined([fast], 0.0))
+    log = write(tmp_path / "a.csv", replace(fast, data=np.array([flow, fast["vehicle_speed"]])))
     found = bitepoint.identify_fuel(log, vehicle=CAR, engine_map=path, delays={"fuel_flow": 0.0})
     steady = next(each for each in found.tried if each.kind == "steady")
     assert steady.name.startswith("measured map")
     assert steady.errors["train"].r2 > 0.999
     assert found.model.about["engine_map"] == "map.csv"
+    assert not any("not used" in warning for warning in found.warnings)
+
+
+def test_a_map_that_is_not_taken_is_told(tmp_path: Path) -> None:
+    path = points_file(tmp_path / "map.csv", *scattered(0, 150), 2.0 * island(*scattered(0, 150)))
+    log = write(tmp_path / "a.csv", recording(0))
+    found = bitepoint.identify_fuel(log, vehicle=CAR, engine_map=path, delays={"fuel_flow": 0.0})
+    assert found.model.kind == "plain"
+    assert found.model.about["engine_map"] is None
+    assert any(warning.startswith("map.csv: not used by the model, which is plain") for warning in found.warnings)
 
 
 def test_a_map_through_logged_points_is_taken_where_it_is_better(tmp_path: Path) -> None:
@@ -255,15 +321,40 @@ def test_a_map_through_logged_points_is_taken_where_it_is_better(tmp_path: Path)
     [
         ("speed_rpm,torque_nm\n1000,50\n", "no columns of fuel_flow"),
         ("speed_rpm,torque_nm,fuel\n1000,50,0.5\n", "fuel_flow: 0.5 kg/s"),
-        ("speed_rpm,torque_nm,fuel_g_per_s\n1000,50,0.5\n", "1 points within"),
+        ("speed_rpm,torque_nm,fuel_g_per_s\n1000,50,0.5\n", "1 of 1 points within"),
         ("speed_kmh,torque_nm,fuel_g_per_s\n1000,50,0.5\n", "speed_kmh"),
         ("speed_rpm,torque_nm,fuel_g_per_s\n" + "2000,50,0.5\n" * 20, "3 speeds and 3 torques"),
+        (
+            "speed_rpm,torque_nm,fuel_g_per_s\n" + "".join(f"{1000 + 99 * k},{10 + 9 * k},0\n" for k in range(20)),
+            "fuel_flow is zero at all 20 points",
+        ),
     ],
 )
 def test_points_that_make_no_map_are_refused(tmp_path: Path, refused: Refused, text: str, said: str) -> None:
     log, path = write(tmp_path / "a.csv", recording(0)), tmp_path / "map.csv"
     path.write_text(text)
     refused(lambda: bitepoint.identify_fuel(log, vehicle=CAR, engine_map=path), "map.csv", said)
+
+
+@pytest.mark.parametrize(("header", "factor"), [("fuel_l_per_h", 3.6e6 / 835.0), ("fuel [cc/s]", 1e6 / 835.0)])
+def test_points_of_volume_take_the_density_that_is_given(
+    tmp_path: Path, refused: Refused, bitepoint: Command, header: str, factor: float
+) -> None:
+    path = tmp_path / "map.csv"
+    rows = np.column_stack([np.array([1e3, 2e3]), np.array([50.0, 90.0]), np.array([3e-4, 9e-4]) * factor])
+    np.savetxt(path, rows, delimiter=",", header=f"speed_rpm,torque_nm,{header}", comments="")
+    assert read_points(path, 835.0).fuel == pytest.approx([3e-4, 9e-4])
+    refused(lambda: read_points(path), "map.csv", f"{header}: a flow of volume")
+    log = str(write(tmp_path / "a.csv", recording(0)))
+    given = ("identify", log, "--model", "fuel", "--vehicle", CAR, "--engine-map", str(path))
+    bitepoint(*given).refusal("and no density; add --density")
+    bitepoint(*given, "--density", "0.835 g/mL").refusal("2 of 2 points within")
+
+
+def test_points_are_read_in_g_per_h(tmp_path: Path) -> None:
+    path = tmp_path / "map.csv"
+    path.write_text("speed_rpm,torque_nm,fuel_g_per_h\n1000,50,1080\n")
+    assert read_points(path).fuel == pytest.approx([3e-4])
 
 
 def test_a_marginal_efficiency_is_one_that_there_is() -> None:

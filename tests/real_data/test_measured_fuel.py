@@ -10,8 +10,9 @@ import pytest
 
 import bitepoint
 from bitepoint.api import FuelIdentification
-from bitepoint.identification.fuel.engine_map import EnginePoints, read_points, smooth_map
-from bitepoint.identification.fuel.steady import fit_willans, willans_columns
+from bitepoint.identification.fuel.engine_map import EnginePoints, read_points, relative_weight, smooth_map
+from bitepoint.identification.fuel.measured import with_points
+from bitepoint.identification.fuel.steady import fit_willans, vehicle_for, willans_columns
 from bitepoint.numerics.tables import lookup_map
 from bitepoint.records import Map
 from tests.conftest import REPOSITORY, Command
@@ -84,13 +85,26 @@ def test_a_map_through_two_thirds_of_its_points_meets_the_others(data_folder: Pa
     some, others = (EnginePoints(found.speed[k], found.torque[k], found.fuel[k]) for k in (below & ~left, left))
     speeds = np.linspace(found.speed[below].min(), found.speed[below].max(), 16)
     torques = np.linspace(0.0, 1.1 * load[:, 1].max(), 16)
-    coefficients = fit_willans(some.speed, some.torque, some.fuel)
+    coefficients = fit_willans(some.speed, some.torque, some.fuel, relative_weight(some.fuel))
     x, y = (each.ravel() for each in np.meshgrid(speeds, torques, indexing="ij"))
     base = (willans_columns(x, y) @ coefficients).reshape(16, 16)
-    flow = np.maximum(smooth_map(some, speeds, torques, base), 0.0)
+    flow = smooth_map(some, speeds, torques, base)[0]
     record = np.repeat(Map.through(speeds.tolist(), torques.tolist(), flow.tolist()), others.speed.size)
     errors = lookup_map.run(record, others.speed, others.torque) - others.fuel
     line = willans_columns(others.speed, others.torque) @ coefficients - others.fuel
     mean = others.fuel.mean()
     assert np.sqrt(np.mean(errors**2)) < most * mean
     assert np.sqrt(np.mean(errors**2)) < 0.7 * np.sqrt(np.mean(line**2))
+
+
+@pytest.mark.parametrize("engine", ["saturn_1p9_dohc_gasoline", "vw_1p9_tdi_diesel", "heywood_6p5_di_diesel"])
+def test_beyond_its_points_a_map_idles_as_these_would(data_folder: Path, engine: str) -> None:
+    """At 1000 r/min, against a straight line through the two points of least torque, up to 120 N m off."""
+    found = read_points(data_folder / "engine_maps" / f"{engine}_fuel_map.csv")
+    car = with_points(vehicle_for(str(REPOSITORY / "examples" / "camry-2018.yaml")), found, engine).vehicle
+    turning = 1000.0 * np.pi / 30.0
+    row = np.flatnonzero(np.isclose(found.speed, turning))
+    low, next_low = row[np.argsort(found.torque[row])[:2]]
+    slope = (found.fuel[next_low] - found.fuel[low]) / (found.torque[next_low] - found.torque[low])
+    idle = lookup_map.run(car["engine"]["fuel"], np.array([turning]), np.array([0.0]))[0]
+    assert idle == pytest.approx(found.fuel[low] - slope * found.torque[low], rel=0.15)

@@ -106,7 +106,7 @@ def identify_fuel(
         delays: as in `identify`.
         dbc: databases for CAN frames.
         period: raster of the model; None: one second.
-        density: of the fuel, where logs hold its volume; None: 0.743 g/mL.
+        density: of the fuel, where logs or the engine map hold its volume; None: 0.743 g/mL for logs.
         vehicle: name or file of the vehicle, for a steady map and a correction; None: speed and acceleration only.
         engine_map: table of measured points, engine speed, torque and fuel flow, for the steady map; None: the map is
             made of the logs.

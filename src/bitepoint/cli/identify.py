@@ -40,7 +40,7 @@ Ratio = Annotated[
     float | None, typer.Option("--ratio", metavar="RATIO", help="Of the gear: slip from engine_speed and wheel_speed.")
 ]
 Density = Annotated[
-    str | None, typer.Option("--density", metavar="DENSITY", help="Of the fuel, where logs hold volumes: '0.743 g/mL'.")
+    str | None, typer.Option("--density", metavar="DENSITY", help="Of the fuel, for volumes in files: '0.743 g/mL'.")
 ]
 VehicleName = Annotated[
     str | None,

@@ -14,7 +14,7 @@ SPELLINGS = {
     "cc_per_s": "cc/s", "cc_s": "cc/s", "ml_per_s": "mL/s", "ml_s": "mL/s", "l_per_h": "L/h", "l_h": "L/h",
     "g_per_s": "g/s", "g_s": "g/s", "kg_per_s": "kg/s", "kg_s": "kg/s", "kg_per_h": "kg/h", "kg_h": "kg/h",
     "deg_s": "deg/s", "bar": "bar", "pa": "Pa", "kpa": "kPa", "deg": "deg", "m": "m", "km": "km", "ft": "ft",
-    "mi": "mi", "km_per_h": "km/h", "m_per_s": "m/s", "secs": "s",
+    "mi": "mi", "km_per_h": "km/h", "m_per_s": "m/s", "secs": "s", "g_per_h": "g/h", "g_h": "g/h",
 }  # fmt: skip
 """Units as they stand at the end of a header, after an underscore."""
 

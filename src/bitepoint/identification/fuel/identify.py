@@ -140,7 +140,7 @@ def identify_fuel(
     if engine_map is not None and vehicle is None:
         raise InputError("--engine-map", "no vehicle whose engine it is", "add --vehicle")
     model = None if vehicle is None else vehicle_for(vehicle)
-    measured = None if model is None or engine_map is None else measured_map(model, engine_map)
+    measured = None if model is None or engine_map is None else measured_map(model, engine_map, options.density)
     data, checked = read_drives(paths, validate, options)
     outliers, bins = vsp_outliers(joined(data.runs, 0.0))
     fixed = FUEL.name in options.delays
@@ -150,9 +150,9 @@ def identify_fuel(
     tried = _tried(drive.rows(~outliers), tested, model, measured)
     chosen = _chosen(tried)
     warnings = [*data.warnings, *_on_outliers(drive, outliers, bins), *_on_logs(data, drive, model is not None)]
-    warnings += _on_validation(checked, paths, validate)
+    warnings += [*_on_map(measured, engine_map, chosen, tried), *_on_validation(checked, paths, validate)]
     about = _about(data, checked, options, vehicle, chosen, delay, int(outliers.sum()))
-    about["engine_map"] = None if engine_map is None else Path(engine_map).name
+    about["engine_map"] = None if engine_map is None or chosen.kind == "plain" else Path(engine_map).name
     validation = () if checked is None else checked.runs
     return FuelIdentified(
         replace(chosen.model, about=about), chosen.errors, tried, delay, drive, outliers, bins, tested, data.runs,
@@ -251,6 +251,20 @@ def _on_logs(data: Dataset, drive: Drive, steady: bool) -> list[str]:
     return said
 
 
+def _on_map(measured: Source | None, engine_map: str | None, chosen: Tried, tried: Sequence[Tried]) -> list[str]:
+    """Return what is to be said of an engine map that was given."""
+    if measured is None or engine_map is None:
+        return []
+    if chosen.kind != "plain":
+        return [*measured.warnings]
+    other = max(each.score for each in tried if each.kind != "plain")
+    return [
+        *measured.warnings,
+        f"{Path(engine_map).name}: not used by the model, which is plain and scores {chosen.score:.3f}: one with the "
+        f"map scores {other:.3f}, and would have to be better by {ENOUGH_GAIN:g}",
+    ]
+
+
 def _on_validation(checked: Dataset | None, paths: Sequence[str | Path], validate: Sequence[str | Path]) -> list[str]:
     """Return what is to be said of the validation logs."""
     if checked is None:
@@ -279,7 +293,7 @@ def _about(
         "delay": delay,
         "outliers": outliers,
         "period": data.period,
-        "density": (options.density or DENSITY) if volume else None,
+        "density": options.density or (DENSITY if volume else None),
         "vehicle": vehicle,
         "files": {
             part: [{"name": Path(file).name, "sha256": digest} for file, digest in named.items()]

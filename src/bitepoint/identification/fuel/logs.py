@@ -47,7 +47,8 @@ class LogOptions:
 
     Attributes:
         columns, delays, databases, period: see `datasets.Request`; period None: one second.
-        density: of the fuel, kg/m^3, for flows of volume; None: `DENSITY`, which a warning tells.
+        density: of the fuel, kg/m^3, for flows of volume; None: `DENSITY` for logs, which a warning tells; an
+            engine map of volumes is refused.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict[str, str])

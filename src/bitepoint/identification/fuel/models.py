@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bitepoint.identification.fuel.drives import Drive
-from bitepoint.identification.fuel.engine_map import EnginePoints, read_points, within
+from bitepoint.identification.fuel.engine_map import EnginePoints, read_points, smooth_map, within
+from bitepoint.identification.fuel.measured import with_points
 from bitepoint.identification.fuel.polynomials import (
     CORRECTIONS,
     PLAIN,
@@ -17,7 +18,7 @@ from bitepoint.identification.fuel.polynomials import (
     fit_plain,
     no_correction,
 )
-from bitepoint.identification.fuel.steady import fit_willans, map_nodes, with_points, with_steady
+from bitepoint.identification.fuel.steady import fit_willans, line_map, map_nodes, with_steady
 from bitepoint.models.fuel_model import FuelModel, GearRule, backward
 from bitepoint.recording import Floats
 from bitepoint.records import RecordArray
@@ -51,10 +52,12 @@ class Source:
     Attributes:
         steady: from a vehicle, and from engine speed (rad/s), torque (N m) and fuel (kg/s) of rows, to the vehicle
             with the map.
+        warnings: what is to be said of it.
     """
 
     name: str
     steady: Callable[[RecordArray, Floats, Floats, Floats], RecordArray]
+    warnings: tuple[str, ...] = ()
 
 
 def _line(vehicle: RecordArray, speed: Floats, torque: Floats, fuel: Floats) -> RecordArray:
@@ -62,27 +65,28 @@ def _line(vehicle: RecordArray, speed: Floats, torque: Floats, fuel: Floats) -> 
 
 
 def _bent(vehicle: RecordArray, speed: Floats, torque: Floats, fuel: Floats) -> RecordArray:
-    points = within(EnginePoints(speed, torque, fuel), *map_nodes(vehicle), "identify")
-    return with_steady(vehicle, fit_willans(speed, torque, fuel), points)
+    nodes, coefficients = map_nodes(vehicle), fit_willans(speed, torque, fuel)
+    points = within(EnginePoints(speed, torque, fuel), *nodes, "identify")
+    return with_steady(vehicle, coefficients, smooth_map(points, *nodes, line_map(vehicle, coefficients))[0])
 
 
 WILLANS = Source("Willans line", _line)
 LOGGED_MAP = Source("map through logged points", _bent)
 
 
-def measured_map(vehicle: RecordArray, path: str) -> Source:
-    """Return the map through the measured points of a file, whatever the rows are.
+def measured_map(vehicle: RecordArray, path: str, density: float | None = None) -> Source:
+    """Return the map through the measured points of a file, whatever the rows are; density: see `read_points`.
 
     Raises:
         InputError: the file holds no such points.
     """
-    found = with_points(vehicle, read_points(path), path)
+    found = with_points(vehicle, read_points(path, density), path)
 
     def steady(vehicle: RecordArray, speed: Floats, torque: Floats, fuel: Floats) -> RecordArray:
         del vehicle, speed, torque, fuel
-        return found
+        return found.vehicle
 
-    return Source("measured map", steady)
+    return Source("measured map", steady, found.warnings)
 
 
 def modelled(model: FuelModel, drive: Drive) -> Floats:

@@ -14,7 +14,6 @@ from typing import Any, cast
 import numpy as np
 
 from bitepoint.errors import InputError
-from bitepoint.identification.fuel.engine_map import EnginePoints, smooth_map, within
 from bitepoint.identification.fuel.regression import clipped_least_squares
 from bitepoint.models.longitudinal import LongitudinalModel
 from bitepoint.parts.amt import AutomatedGearbox
@@ -81,10 +80,11 @@ def willans_columns(speed: Floats, torque: Floats) -> Floats:
     )
 
 
-def fit_willans(speed: Floats, torque: Floats, fuel: Floats) -> Floats:
-    """Return c0, c1, c2, k and q, SI, shape (5,), of points, shape (n,) each."""
+def fit_willans(speed: Floats, torque: Floats, fuel: Floats, weight: Floats | None = None) -> Floats:
+    """Return c0, c1, c2, k and q, SI, shape (5,), of points, shape (n,) each; weight: of their errors, None: equal."""
     least = np.array([0.0, 0.0, 0.0, 1.0 / (BEST_MARGINAL * HEATING_VALUE), 0.0])
-    return clipped_least_squares(willans_columns(speed, torque), fuel, least)
+    weight = np.ones_like(fuel) if weight is None else weight
+    return clipped_least_squares(willans_columns(speed, torque) * weight[:, np.newaxis], fuel * weight, least)
 
 
 def map_nodes(vehicle: RecordArray) -> tuple[Floats, Floats]:
@@ -95,29 +95,23 @@ def map_nodes(vehicle: RecordArray) -> tuple[Floats, Floats]:
     return speeds, np.linspace(0.0, BEYOND * peak, GRID)
 
 
-def with_points(vehicle: RecordArray, points: EnginePoints, where: str) -> RecordArray:
-    """Return the vehicle with the map through measured points for the fuel of its engine.
-
-    Raises:
-        InputError: too few points within the map.
-    """
-    kept = within(points, *map_nodes(vehicle), where)
-    return with_steady(vehicle, fit_willans(kept.speed, kept.torque, kept.fuel), kept)
+def line_map(vehicle: RecordArray, coefficients: Floats) -> Floats:
+    """Return the fuel of the Willans line at the nodes, kg/s, shape (16, 16)."""
+    speed, torque = (each.ravel() for each in np.meshgrid(*map_nodes(vehicle), indexing="ij"))
+    return (willans_columns(speed, torque) @ coefficients).reshape(GRID, GRID)
 
 
-def with_steady(vehicle: RecordArray, coefficients: Floats, points: EnginePoints | None = None) -> RecordArray:
+def with_steady(vehicle: RecordArray, coefficients: Floats, fuel: Floats | None = None) -> RecordArray:
     """Return the vehicle with the Willans line for the fuel of its engine: map, and drag at which it is cut.
 
     Args:
-        points: within the map, which it is bent through; the drag stays that of the line.
+        fuel: a map at the nodes in the place of the line, kg/s, shape (16, 16); the drag stays that of the line.
     """
     model = vehicle.copy()
     engine = model["engine"]
     speeds, torques = map_nodes(vehicle)
-    x, y = (each.ravel() for each in np.meshgrid(speeds, torques, indexing="ij"))
-    flow = (willans_columns(x, y) @ coefficients).reshape(GRID, GRID)
-    fuel = flow if points is None else smooth_map(points, speeds, torques, flow)
-    engine["fuel"] = Map.through(speeds.tolist(), torques.tolist(), fuel.tolist())[0]
+    flow = line_map(vehicle, coefficients)
+    engine["fuel"] = Map.through(speeds.tolist(), torques.tolist(), (flow if fuel is None else fuel).tolist())[0]
     line: Floats = flow[:, 0] / (coefficients[3] * speeds)  # torque at which the Willans line ends
     across = speeds - speeds.mean()
     slope = min(max(float(across @ line) / float(across @ across), 0.0), 1.0)
