@@ -285,11 +285,14 @@ def watch_line(p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeas
 def stop_at_line(
     p: PedalDriverParameters, s: PedalDriverState, m: PedalDriverMeasurement, c: PedalDriverCommand, dt: float
 ) -> None:
-    """Write the commands that bring the vehicle to a stand at the next line; leave it where no brake is needed."""
+    """Write the commands that bring the vehicle to a stand at the next line; leave it where no brake is needed.
+
+    The engine is dragged along without fuel, as far as the transmission control keeps it above idling.
+    """
     s.throttle = 0.0
     s.integral = 0.0
     c.throttle = 0.0
-    c.engine_torque_wanted = 0.0
+    c.engine_torque_wanted = clamp(fuel_cut_torque(p.engine, clamp(m.engine_speed, 0.0, 2000.0)), -500.0, 0.0)
     error = clamp(m.vehicle_speed - math.sqrt(lined_square(p.stop_lines, s.passed, m.distance)), -150.0, 150.0)
     slowing = slowing_ahead(p.stop_lines, s.passed)
     s.slowing_more = clamp(s.slowing_more + SLOWING_INTEGRAL * error * dt, -STEEP, STEEP)
