@@ -105,6 +105,27 @@ def test_two_lines_can_be_near_each_other(model: RecordArray, gap: float, least:
     assert cost[0] == pytest.approx(cost[1], rel=3e-3)
 
 
+def test_a_band_goes_below_a_limit(model: RecordArray) -> None:
+    s, limit = np.array([0.0, 1000.0, 3000.0, 4000.0]), np.array([80.0, 40.0, 80.0, 80.0]) / 3.6
+    waves = Route.of_grade(
+        np.linspace(0.0, 4000.0, 201), 0.03 * np.sin(np.linspace(0.0, 50.0, 201)), np.full(201, 1e3), np.empty(0)
+    )
+    cells = np.clip(np.searchsorted(s, waves.distance, side="right") - 1, 0, 3)
+    road = replace(waves, speed_limit=limit[cells])
+    plan = cruise_planner(model, road, CRUISE).plan(set_speed_price(model, CRUISE.set_speed))
+    slow = plan.speed[(plan.distance >= 1000.0) & (plan.distance <= 3000.0)]
+    assert slow.max() <= 40.0 / 3.6 + 0.05  # in a shift downhill
+    assert 40.0 / 3.6 - CRUISE.band - 0.2 < slow.min() < 40.0 / 3.6 - 0.5
+
+
+def test_windows_end_where_the_engine_does_not_hold_the_band(model: RecordArray) -> None:
+    s = np.array([0.0, 1000.0, 1001.0, 3000.0])
+    road = Route.of_grade(s, np.array([0.0, 0.0, 0.07, 0.07]), np.full(4, np.inf), np.empty(0))
+    plan = RecedingCruise(model, road, CRUISE).plan(0.0, CRUISE.set_speed, 6)
+    assert plan.optimal
+    assert plan.speed[-1] < CRUISE.set_speed - CRUISE.band
+
+
 def test_a_limit_just_behind_a_line_hardly_costs_more(model: RecordArray) -> None:
     s = np.array([0.0, 1000.0, 1001.0, 2000.0])
     price = set_speed_price(model, CRUISE.set_speed)
@@ -128,6 +149,22 @@ def test_where_the_band_cannot_be_kept_it_is_told(model: RecordArray) -> None:
     road, cruise = Route.flat(2000.0, stops=[1000.0]), replace(CRUISE, minimum_acceleration=-0.2)
     with pytest.raises(InputError, match=r"at 1000 m: no slower than 4\.\d+ m/s, where 0 m/s is wanted"):
         compare_cruise(model, road, cruise)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_any_road_that_can_be_driven_has_a_plan_and_windows_do_nearly_as_well(model: RecordArray, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    way = np.sort(np.append(random.uniform(0.0, 4000.0, 30), [0.0, 4000.0]))
+    limit, slow = np.full(32, np.inf), np.sort(random.integers(6, 24, 2))
+    limit[slow[0] : slow[1] + 1] = random.uniform(6.0, 25.0)
+    first, second = np.sort(random.uniform(1100.0, 2500.0, 2))
+    lines = np.array([first, first + random.uniform(1.0, 15.0), second + 30.0])
+    road = Route.of_grade(way, 0.03 * np.sin(way / random.uniform(80.0, 500.0)), limit, lines)
+    cruise = replace(CRUISE, minimum_acceleration=-random.choice([0.4, 1.0, 4.0]))
+    receding = RecedingCruise(model, road, cruise)
+    driven, whole = receding.drive(), cruise_planner(model, road, cruise).plan(receding.time_price)
+    cost = [plan.total_fuel + receding.time_price * plan.total_time for plan in (driven, whole)]
+    assert cost[0] == pytest.approx(cost[1], rel=0.02)
 
 
 def test_half_the_grid(model: RecordArray) -> None:

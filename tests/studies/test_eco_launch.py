@@ -56,11 +56,11 @@ def test_saving_grows_with_the_speed_at_which_the_driver_shifts(found: Reproduct
     assert raw[0] < PUBLISHED_SAVING < raw[-1]
 
 
-def test_slow_gearboxes_leave_less_to_save(found: Reproduction) -> None:
-    cases = ("typical, a gearbox that shifts in 0.5 s", "typical, equal time and energy")
-    slow, usual = (ours(found, case, "fuel_saving_equal_time") for case in cases)
-    quick = ours(found, "typical, a gearbox that shifts in 0.05 s", "fuel_saving_equal_time")
-    assert slow < usual < quick
+def test_how_fast_the_gearbox_shifts_hardly_matters(found: Reproduction) -> None:
+    usual = ours(found, "typical, equal time and energy", "fuel_saving_equal_time")
+    for time in ("0.05", "0.5"):
+        other = ours(found, f"typical, a gearbox that shifts in {time} s", "fuel_saving_equal_time")
+        assert other == pytest.approx(usual, abs=0.01)  # the driver beside the plan shifts with it as well
 
 
 def test_the_papers_steps_promise_what_no_engine_can_do(found: Reproduction) -> None:

@@ -182,8 +182,8 @@ class RecedingCruise:
         last = speeds is not None
         low, most = min(v - band, speed), min(v + band, self.seen(end))
         journey = Journey(
-            ahead, speed, speeds or (min(low, most), most), max(v + band, speed), low, gear,
-            self.cruise.minimum_acceleration, end_value=0.0 if last else self.worth,
+            ahead, speed, speeds or (0.0, most), max(v + band, speed), low, gear,
+            self.cruise.minimum_acceleration, end_value=0.0 if last else self.worth, free_end=not last,
         )  # fmt: skip
         grid = STOPPING_GRID if min(speed, journey.end_speed[1]) < SLOW else CRUISE_GRID
         return SpeedPlanner(self.model, journey, self.limits, self.grid or grid).plan(self.time_price)

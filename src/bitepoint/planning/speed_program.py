@@ -30,6 +30,9 @@ from bitepoint.units import STANDARD_GRAVITY
 REACH_POINTS = 200
 """Points of v^2 at which the highest acceleration is told, to see what the start can reach."""
 
+MOST_STEPS = 4
+"""Most steps of the first sweep where there is no way with fewer, over those of the grid."""
+
 MOST_TURNS = 6
 """Most sweeps of one tube; each later one lies around the answer before."""
 
@@ -137,7 +140,8 @@ class SpeedProgram:
         for k, length in enumerate(places.length):
             gain = pull[int(low[k] / top * REACH_POINTS)] - self._resistance(places.grade[k], low[k])
             low[k + 1] = max(min(low[k] + 2.0 * gain * length, low[k + 1]), 0.0)
-        low[-1] = places.low[-1]
+        if not self.journey.free_end:
+            low[-1] = places.low[-1]
         return replace(places, low=low)
 
     def obstacle(self) -> str:
@@ -153,14 +157,17 @@ class SpeedProgram:
 
     def solve(self) -> tuple[Answer | None, CostToGo]:
         """Return the best steps, None where there is no way, and the cost to go over the whole band of speeds."""
-        grid, places = self.grid, self.stations(0)
-        answer, value, grids = self._search(places, _whole(places, grid.steps), None)
+        grid, places, steps = self.grid, self.stations(0), self.grid.steps
+        answer, value, grids = self._search(places, _whole(places, steps), None)
+        while answer is None and steps < MOST_STEPS * grid.steps and not self.obstacle():
+            steps *= 2  # no node leads to a node: finer ones may
+            answer, value, grids = self._search(places, _whole(places, steps), None)
         speed, to_go = _speeds(grids, value.shape[2]), np.where(value < NEVER, value, np.inf)
         if answer is not None:
             for halvings in range(1, grid.halvings + 1):
-                answer = self.refined(answer, self.stations(halvings), grid.steps * 2**halvings)
+                answer = self.refined(answer, self.stations(halvings), steps * 2**halvings)
             for refinement in range(1, grid.refinements + 1):
-                answer = self.refined(answer, answer.stations, grid.steps * 2 ** (grid.halvings + refinement))
+                answer = self.refined(answer, answer.stations, steps * 2 ** (grid.halvings + refinement))
         return answer, CostToGo(places.distance, speed, to_go)
 
     def refined(self, answer: Answer, stations: Stations, steps: int, gears: Integers | None = None) -> Answer:
@@ -297,7 +304,7 @@ def _told(places: Stations, at: int, squared: float, side: str, wanted: float) -
 def _steps(stations: Stations, steps: int) -> tuple[Integers, Floats]:
     """Return how many steps the grid of each station has, and their size, m^2/s^2; a low band has half of `steps`."""
     band = stations.high - stations.low
-    count = np.where(band > 0.5 * band.max(), steps, steps // 2)
+    count = np.where(band > 0.5 * band.max(), steps, max(steps // 2, 1))
     return count, band / count
 
 

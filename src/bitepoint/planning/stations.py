@@ -33,11 +33,13 @@ class Journey:
 
     Attributes:
         start_speed: m/s; end_speed: lowest and highest, m/s, equal for a fixed one.
-        lowest_speed, highest_speed: band, m/s; near places that have to be passed more slowly the lowest gives way.
+        lowest_speed, highest_speed: band, m/s. Where one has to go more slowly, and before and after it, the lowest
+            gives way, as far as half the band below what is allowed.
         start_gear: engaged at the start; None: whichever is best.
         minimum_acceleration: m/s^2, what is demanded wherever the engine drives; shifts are free of it.
         dwell: time at each stop line, s.
         end_value: what the kinetic energy at the end is worth, kg of fuel per J.
+        free_end: the lowest speed at the end is that of the band there, which gives way, whatever `end_speed` says.
     """
 
     road: Route
@@ -49,6 +51,7 @@ class Journey:
     minimum_acceleration: float = -3.0
     dwell: float = 0.0
     end_value: float = 0.0
+    free_end: bool = False
 
     def __post_init__(self) -> None:
         low, high = self.end_speed
@@ -172,11 +175,13 @@ def _bands(journey: Journey, distance: Floats, stops: Flags, limit: Floats) -> t
     high = np.minimum(limit, journey.highest_speed) ** 2
     high[stops] = 0.0
     high[-1] = min(high[-1], journey.end_speed[1] ** 2)
+    band = 0.5 * (journey.highest_speed - journey.lowest_speed)
+    low = np.maximum(np.minimum(journey.lowest_speed, np.sqrt(high) - band), 0.0) ** 2
     high[0] = journey.start_speed**2
-    low = np.minimum(journey.lowest_speed**2, high)
-    low[-1] = min(journey.end_speed[0] ** 2, high[-1])
+    low[0] = min(journey.lowest_speed**2, high[0])
+    low[-1] = low[-1] if journey.free_end else min(journey.end_speed[0] ** 2, high[-1])
     room = 2.0 * min(ROOM_TO_CHANGE, EASE * max(-journey.minimum_acceleration, 0.0)) * distance
     low = np.minimum(np.minimum.accumulate(low - room) + room, low)
     low = np.minimum(np.minimum.accumulate((low + room)[::-1])[::-1] - room, low)
-    low[0], low[-1] = high[0], min(journey.end_speed[0] ** 2, high[-1])
+    low[0], low[-1] = high[0], low[-1] if journey.free_end else min(journey.end_speed[0] ** 2, high[-1])
     return np.maximum(low, 0.0), high
