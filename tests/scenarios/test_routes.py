@@ -105,6 +105,12 @@ def test_a_limit_is_never_raised_by_the_raster(tmp_path: Path) -> None:
     assert slow.size <= 7
 
 
+def test_stop_lines_of_a_file_that_are_too_near_are_told_with_its_name(tmp_path: Path, refused: Refused) -> None:
+    path = tmp_path / "lines.csv"
+    path.write_text("distance_m,grade,stop\n0,0,0\n100,0,1\n100.5,0,1\n300,0,0\n")
+    refused(lambda: load_route(str(path)), "lines.csv: stop lines at 100 and 100.5 m", "1 m between two")
+
+
 def test_a_stop_may_stand_at_the_very_end(tmp_path: Path) -> None:
     x, stop = X * 1.1237, np.where(X[-1] == X, 1, 0)
     route = load_route(written(tmp_path, rows("distance,elevation,stop", x, HEIGHT, stop)))

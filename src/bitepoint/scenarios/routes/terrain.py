@@ -119,7 +119,10 @@ def road(points: Points, smoothing: float | None = None) -> Route:
     grade = np.gradient(height, at) if smoothing or points.grade is None else points.grade
     _check_grade(points.where, at, grade)
     about = "; ".join(part for part in (points.about, told) if part)
-    return Route(at, height, grade, limit, points.stops - points.distance[0], about)
+    try:
+        return Route(at, height, grade, limit, points.stops - points.distance[0], about)
+    except InputError as error:
+        raise InputError(points.where, error.problem, error.mend) from None
 
 
 def smoothed(values: Floats, half: int) -> Floats:
