@@ -15,6 +15,7 @@ import numpy as np
 from bitepoint.assembly.settings import SET, Settings
 from bitepoint.controllers import pedal_driver
 from bitepoint.controllers.controller import Controller
+from bitepoint.controllers.pedal_driver_records import PLAN, SPEEDS
 from bitepoint.controllers.plan_table import PLAN_POINTS, plan_parameters
 from bitepoint.controllers.stop_lines import HARDEST, REACH, stop_lines
 from bitepoint.errors import InputError
@@ -129,7 +130,7 @@ class PlannedDrive:
             row, beyond = math.floor(line / spacing), int(np.count_nonzero(distance <= line + 1e-6)) - 1
             for name, values in (("gear", gear), ("torque", torque), ("brake", brake)):
                 table[name][0, row] = values[beyond]
-        return _driven_to(parts, table, pedal_driver.PLAN, self._lines(slowing, leaving))
+        return _driven_to(parts, table, PLAN, self._lines(slowing, leaving))
 
     def chasing(self, parts: Sequence[Part]) -> list[Part]:
         """Return the parts with the driver of the baseline, who chases the target, and brakes for limits and lines."""
@@ -143,18 +144,18 @@ class PlannedDrive:
         squared = np.minimum(squared, np.minimum.accumulate((squared + room)[::-1])[::-1] - room)
         nothing, lines = np.zeros(PLAN_POINTS), np.ones(self.stops.size)
         table = plan_parameters(edges, np.sqrt(squared), nothing, nothing)
-        return _driven_to(parts, table, pedal_driver.SPEEDS, self._lines(SLOWING_DOWN * lines, HARDEST * lines))
+        return _driven_to(parts, table, SPEEDS, self._lines(SLOWING_DOWN * lines, HARDEST * lines))
 
     def _lines(self, slowing: Floats, leaving: Floats) -> RecordArray:
         """Return the stop lines with rates to and off them, m/s^2, shape (lines,)."""
-        at, body, braking = self.stops, self.model["vehicle"], np.zeros(self.stops.size)
+        at, braking = self.stops, np.zeros(self.stops.size)
         if at.size and self.route is not None:
             road = Road.zeros(at.size)
             rise = np.interp(at, self.route.distance, self.route.elevation)
             before = np.maximum(at - BEFORE_LINE, 0.0)
             road["grade"] = (rise - np.interp(before, self.route.distance, self.route.elevation)) / (at - before)
             force = driving_force.run(self.model, road, 0.0, -slowing)
-            braking = np.maximum(-force, 0.0) / body["mass"][0]
+            braking = np.maximum(-force, 0.0) / self.model["vehicle"]["mass"][0]
         return stop_lines(at, slowing, braking, leaving, self.dwell, ROAD)
 
 
